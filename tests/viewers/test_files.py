@@ -15,7 +15,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.results import Rest
 from tumble.tools.viewers.content import segments_of
 from tumble.tools.viewers.mcap_file import quaternion_of
-from tumble.tools.viewers.messages import STATES, rotation_onto
+from tumble.tools.viewers.ros_messages import STATES, rotation_onto
 from turntable_sessions import one_line, typed
 from viewer_files import column, mcap_messages, rerun_chunks, triads_of
 

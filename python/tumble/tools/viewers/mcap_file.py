@@ -22,7 +22,7 @@ from tumble.foundation.units import TRIADS
 from tumble.logs import Facts, open_mcap_writer
 from tumble.logs.spec import files_of
 from tumble.logs.writer_mcap import McapWriter, nanoseconds_of
-from tumble.tools.viewers import messages
+from tumble.tools.viewers import ros_messages
 from tumble.tools.viewers.content import GOOD_VERDICTS, ShownUnit, ViewerContent, topic_names
 from tumble.tools.viewers.foxglove_layout import lane_topic, layout_of
 
@@ -111,7 +111,7 @@ def _write_until(writer: McapWriter, pending: list[_Pending], stamp: int | None)
         each = pending.pop()
         kind = each.message.__msgtype__
         writer.write_message(
-            each.topic, kind, messages.definition_of(kind), each.stamp, messages.cdr(each.message)
+            each.topic, kind, ros_messages.definition_of(kind), each.stamp, ros_messages.cdr(each.message)
         )
 
 
@@ -123,7 +123,7 @@ def _pending(
 
     for event in content.events:
         stamp = stamp_of(event.time)
-        line = messages.log(stamp, _LEVELS[event.level], event.text, names.get(event.unit, "tumble"))
+        line = ros_messages.log(stamp, _LEVELS[event.level], event.text, names.get(event.unit, "tumble"))
         yield _Pending(stamp, EVENTS, line)
     for unit in content.units:
         name = names[unit.name]
@@ -131,16 +131,16 @@ def _pending(
             for time, begun in unit.changes(lane):
                 stamp = stamp_of(time)
                 said = ("none", "", "") if begun is None else (begun.state, begun.label, begun.remark)
-                yield _Pending(stamp, f"/{name}/{lane_topic(lane)}", messages.segment(stamp, name, *said))
+                yield _Pending(stamp, f"/{name}/{lane_topic(lane)}", ros_messages.segment(stamp, name, *said))
                 if begun is not None and begun.state == "rest" and begun.specific_force is not None:
                     up = begun.specific_force / float(np.linalg.norm(begun.specific_force))
                     label = f"rest {begun.label}"
-                    scene = messages.arrow(stamp, name, label, up, _COLOUR)
+                    scene = ros_messages.arrow(stamp, name, label, up, _COLOUR)
                     yield _Pending(stamp, f"/{name}/up", scene)
     if starts:
         first = stamp_of(min(starts.values()))
         statuses = [_status(unit, names[unit.name]) for unit in content.units]
-        yield _Pending(first, CALIBRATION, messages.diagnostics(first, statuses))
+        yield _Pending(first, CALIBRATION, ros_messages.diagnostics(first, statuses))
         yield from _transforms(content.units, names, first)
 
 
@@ -149,7 +149,7 @@ def _transforms(units: Iterable[ShownUnit], names: dict[str, str], stamp: int) -
     for unit in units:
         if unit.pose is not None and names[unit.name] != first:
             turn = quaternion_of(unit.pose.rotation)
-            moved = messages.transform(stamp, first, names[unit.name], unit.pose.translation, turn)
+            moved = ros_messages.transform(stamp, first, names[unit.name], unit.pose.translation, turn)
             yield _Pending(stamp, TRANSFORMS, moved)
 
 
@@ -157,7 +157,7 @@ def _status(unit: ShownUnit, name: str) -> Any:  # noqa: ANN401 - classes of mes
     level = 0 if unit.verdict in ("", *GOOD_VERDICTS) else 1
     level = 2 if unit.verdict in ("fail", "not calibrated") else level
     values = {f"{each.sensor} {each.name}": each.text for each in unit.parameters}
-    return messages.status(level, name, unit.verdict, unit.recording.metadata.serial, values)
+    return ros_messages.status(level, name, unit.verdict, unit.recording.metadata.serial, values)
 
 
 def quaternion_of(rotation: FloatArray) -> FloatArray:

@@ -94,58 +94,58 @@ def cdr(message: Any) -> bytes:  # noqa: ANN401 - classes of messages are made a
     return bytes(type_store().serialize_cdr(message, message.__msgtype__))
 
 
-def message(name: str, *values: object) -> Any:  # noqa: ANN401
+def _made(name: str, *values: object) -> Any:  # noqa: ANN401
     """Makes a message of its fields, in order; `name` is that of its type."""
     return type_store().types[name](*values)
 
 
 def time_of(stamp: int) -> Any:  # noqa: ANN401
     """Returns ns as `builtin_interfaces/Time`."""
-    return message("builtin_interfaces/msg/Time", *divmod(stamp, 1_000_000_000))
+    return _made("builtin_interfaces/msg/Time", *divmod(stamp, 1_000_000_000))
 
 
 def log(stamp: int, level: int, text: str, name: str) -> Any:  # noqa: ANN401
     """Returns a line for the log; levels are those of `foxglove.Log`, 2 information to 4 error."""
-    return message(LOG, time_of(stamp), level, text, name, "", 0)
+    return _made(LOG, time_of(stamp), level, text, name, "", 0)
 
 
 def segment(stamp: int, frame: str, state: str, label: str, remark: str) -> Any:  # noqa: ANN401
     """Returns what begins at a stamp, ns: a segment in a state, or `none`."""
-    header = message("std_msgs/msg/Header", time_of(stamp), frame)
-    return message(SEGMENT, header, STATES.index(state), label, remark)
+    header = _made("std_msgs/msg/Header", time_of(stamp), frame)
+    return _made(SEGMENT, header, STATES.index(state), label, remark)
 
 
 def transform(stamp: int, parent: str, child: str, translation: FloatArray, rotation: FloatArray) -> Any:  # noqa: ANN401
     """Returns the pose of a child in its parent's frame: (3,) m and (4,) x, y, z, w."""
-    place = message("geometry_msgs/msg/Vector3", *translation.tolist())
-    turn = message("geometry_msgs/msg/Quaternion", *rotation.tolist())
-    return message(TRANSFORM, time_of(stamp), parent, child, place, turn)
+    place = _made("geometry_msgs/msg/Vector3", *translation.tolist())
+    turn = _made("geometry_msgs/msg/Quaternion", *rotation.tolist())
+    return _made(TRANSFORM, time_of(stamp), parent, child, place, turn)
 
 
 def arrow(stamp: int, frame: str, name: str, direction: FloatArray, colour: tuple[float, ...]) -> Any:  # noqa: ANN401
     """Returns a scene with an arrow from the origin along a unit vector (3,), and its name at the tip."""
-    empty = message("foxglove_msgs/msg/Color", *colour, 1.0)
+    empty = _made("foxglove_msgs/msg/Color", *colour, 1.0)
     pose = _pose(np.zeros(3), rotation_onto(direction))
-    shaft = message("foxglove_msgs/msg/ArrowPrimitive", pose, 0.85, 0.02, 0.15, 0.06, empty)
+    shaft = _made("foxglove_msgs/msg/ArrowPrimitive", pose, 0.85, 0.02, 0.15, 0.06, empty)
     tip = _pose(1.1 * direction, np.array([0.0, 0.0, 0.0, 1.0]))
-    text = message("foxglove_msgs/msg/TextPrimitive", tip, True, 12.0, True, empty, name)
-    forever = message("builtin_interfaces/msg/Duration", 0, 0)
-    entity = message(
+    text = _made("foxglove_msgs/msg/TextPrimitive", tip, True, 12.0, True, empty, name)
+    forever = _made("builtin_interfaces/msg/Duration", 0, 0)
+    entity = _made(
         *("foxglove_msgs/msg/SceneEntity", time_of(stamp), frame, name, forever, False, []),
         *([shaft], [], [], [], [], [], [text], []),
     )
-    return message(SCENE, [], [entity])
+    return _made(SCENE, [], [entity])
 
 
 def diagnostics(stamp: int, statuses: list[Any]) -> Any:  # noqa: ANN401
     """Returns verdicts and parameters of units, each made by `status`."""
-    return message(DIAGNOSTICS, message("std_msgs/msg/Header", time_of(stamp), ""), statuses)
+    return _made(DIAGNOSTICS, _made("std_msgs/msg/Header", time_of(stamp), ""), statuses)
 
 
 def status(level: int, name: str, text: str, serial: str, values: Mapping[str, str]) -> Any:  # noqa: ANN401
     """Returns the status of a unit; levels are those of ROS, 0 good to 2 error."""
-    pairs = [message("diagnostic_msgs/msg/KeyValue", key, value) for key, value in values.items()]
-    return message("diagnostic_msgs/msg/DiagnosticStatus", level, name, text, serial, pairs)
+    pairs = [_made("diagnostic_msgs/msg/KeyValue", key, value) for key, value in values.items()]
+    return _made("diagnostic_msgs/msg/DiagnosticStatus", level, name, text, serial, pairs)
 
 
 def rotation_onto(direction: FloatArray) -> FloatArray:
@@ -158,5 +158,5 @@ def rotation_onto(direction: FloatArray) -> FloatArray:
 
 
 def _pose(place: FloatArray, turn: FloatArray) -> Any:  # noqa: ANN401
-    point = message("geometry_msgs/msg/Point", *place.tolist())
-    return message("geometry_msgs/msg/Pose", point, message("geometry_msgs/msg/Quaternion", *turn.tolist()))
+    point = _made("geometry_msgs/msg/Point", *place.tolist())
+    return _made("geometry_msgs/msg/Pose", point, _made("geometry_msgs/msg/Quaternion", *turn.tolist()))
