@@ -12,10 +12,12 @@ from rosbags.typesys import Stores, get_typestore
 import tumble
 from redundancy_sets import QUICK
 from tumble.calibration.document import Calibration
+from tumble.foundation.recording import Recording
 from tumble.foundation.results import Rest
-from tumble.tools.viewers.content import segments_of
+from tumble.tools.viewers.content import ShownSegment, ShownUnit, ViewerContent, segments_of
 from tumble.tools.viewers.mcap_file import quaternion_of
 from tumble.tools.viewers.ros_messages import STATES, rotation_onto
+from tumble.tools.viewers.writing import write_viewer_files
 from turntable_sessions import one_line, typed
 from viewer_files import column, mcap_messages, rerun_chunks, triads_of
 
@@ -143,7 +145,7 @@ def test_the_layout_names_topics_fields_and_settings_that_exist(hand):
 
 
 def test_units_of_an_alignment_are_on_one_clock(tmp_path):
-    assert typed("simulate", "flight", "--seed", "3", "-o", tmp_path).code == 0
+    assert typed("simulate", "flight", "--seed", "3", "--duration", "30", "-o", tmp_path).code == 0
     logs = [tmp_path / f"{name}.csv" for name in ("primary", "secondary_1", "secondary_2")]
     roles = ("--primary", logs[0], "--secondary", logs[1], "--secondary", logs[2])
     written = ("--rerun", tmp_path / "a.rrd", "--mcap", tmp_path / "a.mcap")
@@ -166,6 +168,23 @@ def test_units_of_an_alignment_are_on_one_clock(tmp_path):
     # The verdict and warnings on logs come besides.
     assert len(log) > len(events)
     assert sum("verdict" in message.message for _, message in log) == 1
+
+
+def test_files_of_a_recording_follow_one_another_and_dates_stay_dates(tmp_path):
+    time, still = 1.7e9 + np.arange(50) / 100.0, np.zeros((50, 3))
+    parts = tuple(Recording.from_arrays(name, time + 900.0 * n, still, still) for n, name in enumerate("ab"))
+    whole = Recording(parts[0].metadata, lambda: iter(()), parts)
+    segments = (ShownSegment("rest", 1.7e9, 1.7e9 + 0.3), ShownSegment("turn", 1.7e9 + 0.2, 1.7e9 + 0.4))
+    content = ViewerContent("poses", (ShownUnit("a b", whole, lanes={"segments": segments, "none": ()}),))
+    write_viewer_files(content, rerun=tmp_path / "a.rrd", mcap=tmp_path / "a.mcap")
+    chunks = rerun_chunks(tmp_path / "a.rrd")
+    times, _ = column(chunks["/a_b/raw/gyroscope"], "Scalars:scalars")
+    # Second files begin a second after the end of the first, whatever their own clock is.
+    assert times[50] - times[49] == pytest.approx(1.0, abs=1e-6)
+    assert all(str(batch.schema.field("time").type) == "timestamp[ns]" for batch in chunks["/a_b/segments"])
+    _, states = column(chunks["/a_b/segments"], "StateChange:state")
+    assert states == [["rest"], ["turn"], [""]]
+    assert set(mcap_messages(tmp_path / "a.mcap")) == {"/a_b/raw", "/a_b/segments", "/calibration"}
 
 
 def test_rests_that_are_not_used_interrupt_no_numbering():

@@ -117,7 +117,7 @@ def list_topics(address: Address) -> list[SentTopic]:
             time.sleep(HEARD_FOR)
         now = time.monotonic()
     finally:
-        session.close()
+        session.close()  # type: ignore[no-untyped-call]
     query = "&".join(f"{key}={value}" for key, value in address.settings.items())
     return [
         SentTopic(

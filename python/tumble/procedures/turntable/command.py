@@ -137,8 +137,6 @@ def turntable_command(
         units = _units(words[0], words[1:], known.name)
         found = _found(units, folder, poses, wanted, read)
         production, remarks = _production(units[0], folder, poses, found, wanted, read, calibrating, gravity)
-        if viewers.are_wanted:
-            production = replace(production, results={})
         if not voice.quiet:
             _remark(remarks)
         well = _run(production, found.targets, voice, viewers, read, live=live.live)
@@ -275,6 +273,8 @@ def _run(
     from tumble.procedures.turntable import summary
     from tumble.procedures.turntable.command_run import TurntableRun
 
+    if viewers.are_wanted:
+        production = replace(production, results={})
     run = TurntableRun(production, len(targets), everything=voice.verbose, as_json=voice.as_json)
     try:
         with batch_progress("calibrating", 0 if voice.quiet else len(targets)) as advance:

@@ -14,7 +14,7 @@ import rerun.blueprint as views
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.files import FileKind, replacing
 from tumble.foundation.recording import Chunk, FloatArray, SampleProgress
-from tumble.foundation.units import UNITS
+from tumble.foundation.units import TRIADS, UNITS
 from tumble.logs.spec import files_of
 from tumble.tools.viewers.content import (
     SegmentState,
@@ -216,7 +216,7 @@ def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
     everything = views.TimeAxis(view_range=rerun.TimeRange(*ends))
     if lanes:
         yield views.StateTimelineView(contents=lanes, name="Rests, turns and states", time_view=everything)
-    for triad, name in (("accelerometer", "Specific force"), ("gyroscope", "Angular rate")):
+    for triad, name in zip(TRIADS, ("Specific force", "Angular rate"), strict=True):
         shown = [
             f"{paths[unit.name]}/{form}/{triad}" for unit in content.units for form in forms_of(unit)[-1:]
         ]

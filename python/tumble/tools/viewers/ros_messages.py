@@ -94,7 +94,7 @@ def cdr(message: Any) -> bytes:  # noqa: ANN401 - classes of messages are made a
     return bytes(type_store().serialize_cdr(message, message.__msgtype__))
 
 
-def _made(name: str, *values: object) -> Any:  # noqa: ANN401
+def _made(name: str, *values: Any) -> Any:  # noqa: ANN401
     """Makes a message of its fields, in order; `name` is that of its type."""
     return type_store().types[name](*values)
 
