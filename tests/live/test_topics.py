@@ -46,10 +46,17 @@ def server():
         yield f"foxglove://127.0.0.1:{port}"
 
 
+@pytest.fixture(scope="module")
+def routing():
+    end_point = f"tcp/127.0.0.1:{free_port()}"
+    with running(zenoh_publisher, end_point, "--router"):
+        yield end_point
+
+
 @pytest.fixture
-def router(monkeypatch):
+def router(routing, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
-    return f"tcp/127.0.0.1:{free_port()}"
+    return routing
 
 
 def heard(source, count=100):
@@ -75,12 +82,24 @@ def check(time, force, rate):
     assert time - time[0] == pytest.approx((numbers - numbers[0]) / RATE, abs=2e-6)
 
 
-@pytest.mark.parametrize("topic", ["imu/data", "json", "packed"])
+@pytest.mark.parametrize("topic", ["imu/data", "ros1", "json", "packed"])
 def test_a_topic_of_foxglove_comes_as_it_was_sent(server, topic):
     options = ReadOptions(accelerometer_unit="m/s^2", gyroscope_unit="rad/s")
     with open_source(f"{server}/{topic}", options) as source:
         check(*heard(source))
         assert not any("lost" in remark for remark in source.remarks)
+
+
+def test_a_server_that_ends_is_one_line():
+    port = free_port()
+    serving = running(foxglove_publisher, port, RATE)
+    serving.__enter__()
+    with open_source(f"foxglove://127.0.0.1:{port}/imu/data") as source:
+        heard(source, 10)
+        serving.__exit__(None, None, None)
+        with pytest.raises(LogError) as raised:
+            heard(source, 1_000_000)
+    assert "the server has closed the connection; is it running?" in str(raised.value)
 
 
 def test_topics_of_foxglove_are_listed_with_their_rates(server):

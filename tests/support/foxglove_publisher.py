@@ -30,9 +30,14 @@ def sample(number, rate):
 
 def main():
     port, rate = int(sys.argv[1]), float(sys.argv[2])
-    definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef("sensor_msgs/msg/Imu", ros_version=2)
+    newer = get_typestore(Stores.ROS2_HUMBLE)
+    definition, _ = newer.generate_msgdef("sensor_msgs/msg/Imu", ros_version=2)
     schema = Schema(name="sensor_msgs/msg/Imu", encoding="ros2msg", data=definition.encode())
     ros = Channel("/imu/data", message_encoding="cdr", schema=schema)
+    store = get_typestore(Stores.ROS1_NOETIC)
+    older, _ = store.generate_msgdef("sensor_msgs/msg/Imu", ros_version=1)
+    schema = Schema(name="sensor_msgs/Imu", encoding="ros1msg", data=older.encode())
+    ros1 = Channel("/ros1", message_encoding="ros1", schema=schema)
     plain = Channel("json", message_encoding="json")
     SceneUpdateChannel("/scene")
     kind = imu_message()
@@ -47,7 +52,9 @@ def main():
     began, number = time.monotonic(), 0
     while True:
         message, content = sample(number, rate)
-        ros.log(bytes(message.serialize()))
+        packed_ros = bytes(message.serialize())
+        ros.log(packed_ros)
+        ros1.log(bytes(newer.cdr_to_ros1(packed_ros, "sensor_msgs/msg/Imu")))
         plain.log(json.dumps(content).encode())
         force, turn = content["linear_acceleration"], content["angular_velocity"]
         values = [*force.values(), *turn.values()]

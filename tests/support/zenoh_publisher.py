@@ -1,6 +1,7 @@
 """A node of rmw_zenoh as its design describes it: a token, and messages of `sensor_msgs/Imu` in CDR.
 
 python zenoh_publisher.py END_POINT TOPIC RATE [--silent]
+python zenoh_publisher.py END_POINT --router
 """
 
 import os
@@ -14,12 +15,24 @@ import ros2_publisher
 HASH = "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
 
 
-def main():
-    end_point, topic, rate = sys.argv[1:4]
+def opened(**settings):
+    """A session without multicast, as those of rmw_zenoh are."""
     config = zenoh.Config()
-    config.insert_json5("listen/endpoints", f'["{end_point}"]')
     config.insert_json5("scouting/multicast/enabled", "false")
-    session = zenoh.open(config)
+    for name, value in settings.items():
+        config.insert_json5(name.replace("__", "/"), value)
+    return zenoh.open(config)
+
+
+def main():
+    end_point = sys.argv[1]
+    if sys.argv[2] == "--router":
+        session = opened(mode='"router"', listen__endpoints=f'["{end_point}"]')
+        print("routing", session.zid(), flush=True)
+        time.sleep(600)
+    topic, rate = sys.argv[2:4]
+    connect = {"connect__endpoints": f'["{end_point}"]', "listen__endpoints": '["tcp/localhost:0"]'}
+    session = opened(mode='"peer"', **connect)
     domain, kind = os.environ["ROS_DOMAIN_ID"], "sensor_msgs::msg::dds_::Imu_"
     name = topic.replace("/", "%")
     # Best effort, all else by default.
