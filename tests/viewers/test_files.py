@@ -187,6 +187,21 @@ def test_files_of_a_recording_follow_one_another_and_dates_stay_dates(tmp_path):
     assert set(mcap_messages(tmp_path / "a.mcap")) == {"/a_b/raw", "/a_b/segments", "/calibration"}
 
 
+def test_logs_of_one_name_are_two_units_that_begin_together(tmp_path):
+    rows = [f"{number / 100},0,0,9.8,0,0,0.1" for number in range(300)]
+    for folder, begin in (("a", 0), ("b", 100)):
+        (tmp_path / folder).mkdir()
+        text = "\n".join(["time,ax,ay,az,gx,gy,gz", *rows[begin:]])
+        (tmp_path / folder / "imu.csv").write_text(text)
+    done = typed(
+        "view", tmp_path / "a" / "imu.csv", tmp_path / "b" / "imu.csv", "--mcap", tmp_path / "c.mcap"
+    )
+    assert done.code == 0, done.err
+    messages = mcap_messages(tmp_path / "c.mcap", "/imu/raw", "/imu_2/raw")
+    assert [len(each) for each in messages.values()] == [300, 200]
+    assert {each[0][0] for each in messages.values()} == {0}
+
+
 def test_rests_that_are_not_used_interrupt_no_numbering():
     def rest(start, used):
         mean = np.array([0.0, 0.0, 9.8])

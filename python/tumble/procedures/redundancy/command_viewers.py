@@ -39,6 +39,7 @@ def viewer_content(
         ShownSegment("rest", span.start, span.end, str(number))
         for number, span in enumerate(time_line(result).rests, start=1)
     )
+    calibrations = result.calibrations
     shown = []
     for unit in units:
         if unit.recording is None:
@@ -61,6 +62,7 @@ def viewer_content(
             ShownUnit(
                 unit.name,
                 unit.recording,
+                calibrations.get(unit.name),
                 lanes={name: found for name, found in segments.items() if found}
                 | ({SEGMENTS: rests} if unit.name == result.primary else {}),
                 parameters=tuple(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -32,16 +32,23 @@ def content_of(viewing: Viewing) -> ViewerContent:
     for unit in viewing.units:
         if unit.problem:
             raise TumbleError(unit.problem)
-    events = tuple(event for unit in viewing.units for event in _events(unit))
-    first = viewing.units[0]
-    return ViewerContent(viewing.title, tuple(_shown(unit, first) for unit in viewing.units), events)
+    names = own_names([unit.name for unit in viewing.units])
+    shifts = [_zero(viewing.units[0]) - _zero(unit) for unit in viewing.units]
+    found = list(zip(viewing.units, names, shifts, strict=True))
+    events = tuple(event for each in found for event in _events(*each))
+    return ViewerContent(viewing.title, tuple(_shown(*each) for each in found), events)
 
 
-def _shown(unit: ViewedUnit, first: ViewedUnit) -> ShownUnit:
+def own_names(names: Sequence[str]) -> list[str]:
+    """Returns a name of its own for each unit: those of one name are numbered from the second on."""
+    counts = [names[: place + 1].count(name) for place, name in enumerate(names)]
+    return [name if count == 1 else f"{name}-{count}" for name, count in zip(names, counts, strict=True)]
+
+
+def _shown(unit: ViewedUnit, name: str, shift: float) -> ShownUnit:
     calibration = unit.samples.calibration
-    shift = _zero(first) - _zero(unit)
     return ShownUnit(
-        unit.name,
+        name,
         unit.samples.kept(),
         calibration,
         {SEGMENTS: tuple(_segment(unit, mark) for mark in unit.marks)},
@@ -63,7 +70,7 @@ def _segment(unit: ViewedUnit, mark: SegmentMark) -> ShownSegment:
     return ShownSegment(state, mark.start + shift, mark.end + shift, mark.label, mark.remark, force)
 
 
-def _events(unit: ViewedUnit) -> Iterator[ShownEvent]:
+def _events(unit: ViewedUnit, name: str, shift: float) -> Iterator[ShownEvent]:
     verdict = unit.result.verdict if unit.result is not None else ""
     remarks = [*unit.remarks, *(unit.inspection.remarks if unit.inspection is not None else ())]
-    yield from verdict_event(unit.samples.start, unit.name, verdict, remarks)
+    yield from verdict_event(unit.samples.start + shift, name, verdict, remarks)
