@@ -1,6 +1,7 @@
 """Files for Rerun, Foxglove and PlotJuggler, held against the results that they show."""
 
 import json
+import sys
 from pathlib import Path
 
 import foxglove.layouts
@@ -21,7 +22,7 @@ from tumble.tools.viewers.writing import write_viewer_files
 from turntable_sessions import one_line, typed
 from viewer_files import column, mcap_messages, rerun_chunks, triads_of
 
-pytest.importorskip("rerun", reason="Rerun needs Python 3.11")
+pytestmark = pytest.mark.skipif(sys.version_info < (3, 11), reason="Rerun needs Python 3.11")
 
 
 @pytest.fixture(scope="module")
