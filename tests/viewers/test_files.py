@@ -102,10 +102,12 @@ def test_parameters_and_verdict_are_those_of_the_calibration(hand):
     values = {pair.key: pair.value for pair in status.values}
     calibration = Calibration.load(hand / "results" / "multipose.yaml")
     assert (status.level, status.message) == (0, "calibrated")
-    assert float(values["accelerometer bias y"].split()[0]) == pytest.approx(
-        calibration.accelerometer.b[1], rel=1e-5
-    )
-    assert values["accelerometer mounting x"] == "not observable"
+    accelerometer = calibration.accelerometer
+    assert float(values["accelerometer bias y, m/s^2"]) == pytest.approx(accelerometer.b[1], rel=1e-8)
+    sigma = values["accelerometer bias y, 1-sigma, m/s^2"]
+    assert float(sigma) == pytest.approx(accelerometer.sigma.bias[1], rel=1e-2)
+    assert float(values["accelerometer scale z"]) == pytest.approx(accelerometer.K[2, 2], rel=1e-8)
+    assert values["accelerometer mounting x, deg"] == "not observable"
 
 
 def fields_of(store, message_type, path):

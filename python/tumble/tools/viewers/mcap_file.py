@@ -23,7 +23,7 @@ from tumble.logs import Facts, open_mcap_writer
 from tumble.logs.spec import files_of
 from tumble.logs.writer_mcap import McapWriter, nanoseconds_of
 from tumble.tools.viewers import ros_messages
-from tumble.tools.viewers.content import GOOD_VERDICTS, ShownUnit, ViewerContent, topic_names
+from tumble.tools.viewers.content import GOOD_VERDICTS, ShownParameter, ShownUnit, ViewerContent, topic_names
 from tumble.tools.viewers.foxglove_layout import lane_topic, layout_of
 
 LAYOUT: Final = FileKind("a layout of Foxglove", re.compile(rb'\A\{\s*"configById"'))
@@ -156,8 +156,20 @@ def _transforms(units: Iterable[ShownUnit], names: dict[str, str], stamp: int) -
 def _status(unit: ShownUnit, name: str) -> Any:  # noqa: ANN401 - classes of messages are made at run time
     level = 0 if unit.verdict in ("", *GOOD_VERDICTS) else 1
     level = 2 if unit.verdict in ("fail", "not calibrated") else level
-    values = {f"{each.sensor} {each.name}": each.text for each in unit.parameters}
+    values = {name: text for each in unit.parameters for name, text in _values(each)}
     return ros_messages.status(level, name, unit.verdict, unit.recording.metadata.serial, values)
+
+
+def _values(parameter: ShownParameter) -> Iterator[tuple[str, str]]:
+    """Returns value and 1-sigma of a parameter as numbers alone, which PlotJuggler plots."""
+    name = f"{parameter.sensor} {parameter.name}".strip()
+    unit = "" if parameter.unit == "1" else f", {parameter.unit}"
+    if not np.isfinite(parameter.value):
+        yield f"{name}{unit}", "not observable"
+        return
+    yield f"{name}{unit}", f"{parameter.value:.9g}"
+    if np.isfinite(parameter.sigma):
+        yield f"{name}, 1-sigma{unit}", f"{parameter.sigma:.3g}"
 
 
 def quaternion_of(rotation: FloatArray) -> FloatArray:
