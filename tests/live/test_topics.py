@@ -14,7 +14,7 @@ import ros2_publisher
 import zenoh_publisher
 from ports import free_port
 from tumble.foundation.errors import LogError
-from tumble.live import open_source
+from tumble.live import foxglove, open_source
 from tumble.live.ros2_zenoh import ZenohSender, sender_of
 from tumble.logs.options import ReadOptions
 from turntable_sessions import one_line, typed
@@ -177,3 +177,14 @@ def test_an_address_without_topics_is_one_line():
     done = typed("record", "--list", "udp://:9000")
     assert done.code == 2
     assert "has no topics; give one of ros2://, ros2+zenoh://, foxglove://" in one_line(done.err)
+
+
+def test_what_is_no_advertisement_or_message_is_passed_over():
+    stated = {"id": 3, "topic": "/imu", "encoding": "cdr", "schemaName": "sensor_msgs/msg/Imu", "schema": ""}
+    assert foxglove._channel(stated).topic == "/imu"
+    packed = {**stated, "encoding": "protobuf", "schemaEncoding": "protobuf"}
+    wrong = [None, 7, "imu", {}, {**stated, "id": "x"}, {**stated, "schema": 3}, {**packed, "schema": "###"}]
+    assert [foxglove._channel(each) for each in wrong] == [None] * len(wrong)
+    assert [foxglove._json(text) for text in ("", "[1]", "{", "[" * 100_000)] == [{}] * 4
+    assert [foxglove._payload(message) for message in (b"", b"\1" * 12, b"\2" * 20)] == [None] * 3
+    assert foxglove._payload(b"\1\5\0\0\0" + bytes(8) + b"data") == (5, b"data")

@@ -133,7 +133,8 @@ def list_topics(address: Address) -> list[SentTopic]:
         until = time.monotonic() + (HEARD_FOR if imus else 0.0)
         while (left := until - time.monotonic()) > 0.0:
             for message in _messages(connection, left, address):
-                if isinstance(message, bytes) and (found := _payload(message)) is not None:
+                found = _payload(message) if isinstance(message, bytes) else None
+                if found is not None and found[0] in watches:
                     watches[found[0]].push(1, time.monotonic())
     return [
         SentTopic(
@@ -178,8 +179,9 @@ def _advertised(connection: ClientConnection, address: Address) -> Iterator[_Cha
     while (left := until - time.monotonic()) > 0.0:
         for message in _messages(connection, left, address):
             content = _json(message) if isinstance(message, str) else {}
-            if content.get("op") == "advertise":
-                yield from filter(None, map(_channel, content.get("channels", ())))
+            channels = content.get("channels")
+            if content.get("op") == "advertise" and isinstance(channels, list):
+                yield from filter(None, map(_channel, channels))
 
 
 def _messages(connection: ClientConnection, longest: float, address: Address) -> Iterator[str | bytes]:
@@ -207,7 +209,7 @@ def _channel(stated: Any) -> _Channel | None:  # noqa: ANN401 - whatever JSON ho
         kind, schema = stated.get("schemaName", ""), stated.get("schema", "")
         # Schemas of these are binary, in base64.
         is_binary = (stated.get("schemaEncoding") or encoding) in ("protobuf", "flatbuffer")
-        text = base64.b64decode(schema) if is_binary else schema.encode()
+        text = base64.b64decode(schema, validate=True) if is_binary else schema.encode()
         return _Channel(int(number), str(topic), Definition(str(encoding), str(kind), text))
     except (TypeError, KeyError, AttributeError, ValueError, binascii.Error):
         return None
