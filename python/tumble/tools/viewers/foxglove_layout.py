@@ -16,6 +16,8 @@ from tumble.tools.viewers.content import ShownUnit, ViewerContent, topic_names
 FIELDS: Final[dict[Triad, str]] = {"accelerometer": "linear_acceleration", "gyroscope": "angular_velocity"}
 """Fields of sensor_msgs/Imu."""
 COLOURS: Final = ("#d64541", "#3f994f", "#3465c4")
+NEVER: Final = 1_000_000_000
+"""s after which parameters, which are stated once, would be shown as out of date."""
 STATES, FORCES, RATES, LOG, UNITS_TAB = (
     *("StateTransitions!tumble", "Plot!force", "Plot!rate", "RosOut!tumble", "Tab!units"),
 )
@@ -110,6 +112,7 @@ def _panels_of(unit: ShownUnit, name: str) -> dict[str, Any]:
             "topicToRender": "/calibration",
             "selectedHardwareId": unit.recording.metadata.serial,
             "selectedName": name,
+            "secondsUntilStale": NEVER,
         },
     }
 
