@@ -47,6 +47,7 @@ TOOLS = {
         "exchange",
         "guided",
         "inspect",
+        "plateaus",
         "record",
         "simulate",
         "table",

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from tumble.tools.convert.procedure import convert
     from tumble.tools.exchange.procedure import export, import_calibrations
     from tumble.tools.inspect.procedure import inspect
+    from tumble.tools.plateaus.procedure import plateaus
+    from tumble.tools.plateaus.result import PlateausResult
     from tumble.tools.simulate import (
         simulate_flight,
         simulate_magnetometer,
@@ -75,6 +77,7 @@ __all__ = [
     "MultiposeResult",
     "NoiseResult",
     "OutputError",
+    "PlateausResult",
     "Pose",
     "PoseList",
     "ProcedureError",
@@ -104,6 +107,7 @@ __all__ = [
     "noise",
     "open_recording",
     "open_writer",
+    "plateaus",
     "redundancy",
     "simulate_flight",
     "simulate_magnetometer",
@@ -135,6 +139,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "tumble.tools.convert.procedure": ("convert",),
     "tumble.tools.exchange.procedure": ("export", "import_calibrations"),
     "tumble.tools.inspect.procedure": ("inspect",),
+    "tumble.tools.plateaus.procedure": ("plateaus",),
+    "tumble.tools.plateaus.result": ("PlateausResult",),
     "tumble.tools.simulate": (
         "simulate_flight",
         "simulate_magnetometer",

@@ -26,6 +26,9 @@ _NEGLIGIBLE = 1e-12
 Range: TypeAlias = Annotated[FloatArray, ArrayField((2,))]
 Coefficients: TypeAlias = Annotated[tuple[Vector, ...], Field(max_length=HIGHEST_ORDER, strict=False)]
 Sigmas: TypeAlias = Annotated[tuple[VectorWithGaps, ...], Field(max_length=HIGHEST_ORDER, strict=False)]
+CovarianceRows: TypeAlias = Annotated[
+    tuple[Annotated[tuple[float | None, ...], Field(strict=False)], ...], Field(strict=False)
+]
 
 
 class TemperatureDrift(Document):
@@ -43,6 +46,9 @@ class TemperatureDrift(Document):
     """1-sigma of `bias`; null where the data did not show it."""
     scale_sigma: Sigmas | None = None
     """1-sigma of `scale`; null where the data did not show it."""
+    covariance: CovarianceRows | None = None
+    """Covariance of [M row by row, b, `bias` row by row, `scale` row by row], without the inherited part,
+    where M and b were found together with the drift; null for what the data did not show."""
     hysteresis: VectorWithGaps | None = None
     """Bias while warming minus that while cooling at one temperature, where it differs most, unit of the
     triad; null where either was not seen."""
@@ -62,6 +68,10 @@ class TemperatureDrift(Document):
         ):
             if sigmas is not None and len(sigmas) != len(values):
                 raise ValueError(f"{name} needs as many rows as {name.removesuffix('_sigma')}, {len(values)}")
+        if self.covariance is not None:
+            size = 12 + 3 * (len(self.bias) + len(self.scale))
+            if {len(self.covariance), *map(len, self.covariance)} != {size}:
+                raise ValueError(f"covariance needs {size}x{size} numbers or null: M, b and the powers")
         smallest = 1.0 + self._extremes(self.scale).min()
         if not smallest > 0.0:
             raise ValueError(f"scale falls to {smallest:.3g} of itself within range; check its powers")

@@ -45,6 +45,11 @@ COMMANDS = {
         "compare_command",
         "Report whether calibrations are the same within their uncertainties.",
     ),
+    "plateaus": CommandEntry(
+        "tumble.tools.plateaus.command",
+        "plateaus_command",
+        "Make one calibration over temperature of several, each at its own temperature.",
+    ),
     "convert": CommandEntry(
         "tumble.tools.convert.command", "convert_command", "Write a log in another format, in SI units."
     ),

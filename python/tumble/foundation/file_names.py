@@ -28,7 +28,10 @@ ALIGN_PAGE = "align.html"
 ALIGN_SETTINGS = "align.yaml"
 COMPARE_PAGE = "compare.html"
 
-_OF_UNITS = tuple(ending for procedure in PROCEDURES for ending in procedure.endings)
+PLATEAUS = "plateaus"
+"""Behind the name of a unit whose calibrations over temperature were put together."""
+
+_OF_UNITS = (*(ending for procedure in PROCEDURES for ending in procedure.endings), PLATEAUS)
 
 TAKEN = frozenset((*_OF_UNITS, *(name for procedure in PROCEDURES for name in procedure.files), "compare"))
 """Names of files, without their endings, that no target may bear."""

@@ -134,6 +134,7 @@ PRINTED = {
     for schema in (
         *_RESULTS,
         _printed("compare-result", "compare", "CompareDocument", "result of tumble compare --json"),
+        _printed("plateaus-result", "plateaus", "PlateausDocument", "result of tumble plateaus --json"),
         _printed("inspection", "inspect", "InspectionDocument", "what tumble inspect --json found"),
         _printed("conversion", "convert", "ConversionDocument", "what tumble convert --json wrote"),
         _printed("export", "exchange", "ExportDocument", "what tumble export --json wrote"),

@@ -1,0 +1,167 @@
+"""Calibrations of one unit as observations of its triads over temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.calibration.document import Calibration, TriadCalibration
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import join
+from tumble.tools.plateaus import messages
+from tumble.tools.plateaus.observation import ELEMENTS, Observation
+
+NEAR = 3.0
+"""K within which two sessions are at one plateau."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlateauSession:
+    """One calibration and its temperature."""
+
+    calibration: Calibration
+    name: str
+    file: str
+    temperature: float
+    """degC."""
+    spread: float
+    """Highest less lowest within it, K."""
+    leg: float
+    """1 if the temperature rose from the session before, -1 if it fell, else 0."""
+    plateau: int
+    """Number of its plateau, the coldest first."""
+
+
+def sessions_of(
+    calibrations: Sequence[Calibration], files: Sequence[str], temperatures: Sequence[float] | None
+) -> tuple[PlateauSession, ...]:
+    """Puts calibrations and temperatures together.
+
+    Raises `ProcedureError`, in one line, where they are not of one unit and procedure, state no
+    temperature, or have too few of them.
+    """
+    names = [file or each.name for each, file in zip(calibrations, files, strict=True)]
+    _refuse_unlike(calibrations, names)
+    if temperatures is not None and len(temperatures) != len(calibrations):
+        raise ProcedureError(
+            f"--temperature is given {len(temperatures)} times for {len(calibrations)} calibrations; give "
+            "one for each, in their order"
+        )
+    at = [
+        _temperature(each, name) if temperatures is None else float(temperatures[k])
+        for k, (each, name) in enumerate(zip(calibrations, names, strict=True))
+    ]
+    plateaus = _plateaus(at)
+    if (found := len(set(plateaus))) < messages.FEWEST:
+        raise ProcedureError(messages.too_few(found))
+    return tuple(
+        PlateauSession(
+            calibration=each,
+            name=each.name,
+            file=file,
+            temperature=at[k],
+            spread=0.0 if each.temperature is None else each.temperature.high - each.temperature.low,
+            leg=_leg(at, k),
+            plateau=plateaus[k],
+        )
+        for k, (each, file) in enumerate(zip(calibrations, files, strict=True))
+    )
+
+
+def _temperature(calibration: Calibration, name: str) -> float:
+    if calibration.temperature is None:
+        raise ProcedureError(messages.no_temperature(name))
+    return calibration.temperature.mean
+
+
+def _plateaus(temperatures: Sequence[float]) -> list[int]:
+    """Numbers temperatures by plateau, the coldest first."""
+    order = np.argsort(temperatures, kind="stable")
+    steps = np.diff(np.array(temperatures)[order]) > NEAR
+    numbers = np.zeros(len(temperatures), dtype=int)
+    numbers[order[1:]] = np.cumsum(steps)
+    return [int(each) for each in numbers]
+
+
+def _leg(temperatures: Sequence[float], k: int) -> float:
+    """Returns the direction in which a session was reached; one at the same plateau keeps the leg before."""
+    for before in range(k - 1, -1, -1):
+        step = temperatures[k] - temperatures[before]
+        if abs(step) > NEAR:
+            return float(np.sign(step))
+    return 0.0
+
+
+def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) -> None:
+    serials = {each.serial for each in calibrations if each.serial}
+    if len(serials) > 1:
+        raise ProcedureError(f"are of units {join(sorted(serials))}; give calibrations of one unit")
+    found = {"" if each.method is None else each.method.procedure for each in calibrations}
+    if len(found) > 1:
+        listed = join(sorted(word or "none stated" for word in found))
+        raise ProcedureError(f"are of different procedures, {listed}, whose frames differ; give those of one")
+    for each, name in zip(calibrations, names, strict=True):
+        if each.temperature_drifts():
+            raise ProcedureError(
+                "has a temperature drift already; give the calibrations that it was made of", about=name
+            )
+
+
+def triads_in(sessions: Sequence[PlateauSession]) -> Iterator[Triad]:
+    """Yields triads that every session calibrated.
+
+    Raises `ProcedureError` where some sessions have a triad and others have not.
+    """
+    for triad in TRIADS:
+        having = [getattr(each.calibration, triad) is not None for each in sessions]
+        if all(having):
+            yield triad
+        elif any(having):
+            lacking = join(
+                [each.file or each.name for each, has in zip(sessions, having, strict=True) if not has]
+            )
+            raise ProcedureError(f"{lacking}: has no {triad}, which others have; leave it out")
+
+
+def observations(
+    sessions: Sequence[PlateauSession], triad: Triad, *, is_shared: bool
+) -> tuple[Observation, ...]:
+    """Returns the observations of a triad; what is inherited is left out where all sessions share it.
+
+    Raises `ProcedureError` where a calibration states no covariance.
+    """
+    return tuple(
+        Observation(
+            temperature=each.temperature,
+            leg=each.leg,
+            values=np.concatenate([section.M.ravel(), section.b]),
+            covariance=_covariance(section, each.file or each.name, triad, is_shared=is_shared),
+        )
+        for each in sessions
+        if (section := getattr(each.calibration, triad)) is not None
+    )
+
+
+def _covariance(section: TriadCalibration, name: str, triad: Triad, *, is_shared: bool) -> FloatArray:
+    found = section.covariance if is_shared else section.total_covariance
+    if found is None or not np.isfinite(np.diag(found)).any():
+        raise ProcedureError(messages.no_covariance(name, triad))
+    assert found.shape == (ELEMENTS, ELEMENTS)
+    return found
+
+
+def shares_inherited(sessions: Sequence[PlateauSession], triad: Triad) -> bool:
+    """Returns whether all sessions inherit their uncertainty from one source and one reference."""
+    sources = set()
+    for each in sessions:
+        section = getattr(each.calibration, triad)
+        reference = each.calibration.reference
+        if section is None or section.inherited is None:
+            return False
+        of = None if reference is None else (reference.name, reference.serial, reference.calibration_hash)
+        sources.add((section.inherited.source, of))
+    return len(sources) == 1
