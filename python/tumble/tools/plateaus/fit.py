@@ -14,7 +14,7 @@ import numpy as np
 from tumble.foundation.recording import FloatArray
 from tumble.tools.plateaus.observation import BIAS, ELEMENTS, MATRIX, Observation
 
-_ROUNDS = 6
+_ROUNDS = 4
 """Steps of Gauss and Newton: the model is linear but for products of small numbers."""
 _SINGULAR = 1e-11
 """Share of the largest singular value below which the plateaus do not show a direction."""

@@ -83,7 +83,12 @@ def _scattered(triad: TriadOverTemperature) -> Iterator[str]:
     wide = {name: factor for name, factor in triad.widening.items() if factor > 1.0}
     if wide:
         listed = join([f"{name} {factor:.1f} times" for name, factor in wide.items()])
+        why = (
+            "; the bias wanders, most where the unit was switched off in between, so leave it on"
+            if "bias" in wide
+            else ""
+        )
         yield (
             f"{triad.triad}: sessions scatter about the curve by more than their sigmas, which were widened: "
-            f"{listed}; switching the unit off between plateaus does that, so leave it on"
+            f"{listed}{why}"
         )

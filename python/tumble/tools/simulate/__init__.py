@@ -2,11 +2,11 @@
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
 records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a
-unit that stands still), `magnetometer` (one in the Earth's field), `thermal` (one that warms and cools)
-or `flight` (several units on a quadrotor or a vehicle), each with its `scenario` (everything it is made
-of), `procedure` (from there to recordings and truth), `files` (those on disk) and `command`.
-`scenario_json` converts a scenario for the native simulator. `live` serves all of these, and a table, as
-they happen.
+unit that stands still), `magnetometer` (one in the Earth's field), `thermal` (one that warms and cools),
+`plateaus` (one on a turntable at several temperatures) or `flight` (several units on a quadrotor or a
+vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
+truth), `files` (those on disk) and `command`. `scenario_json` converts a scenario for the native simulator.
+`live` serves all of these, and a table, as they happen.
 
 >>> from tumble.tools.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -51,6 +51,9 @@ if TYPE_CHECKING:
     )
     from tumble.tools.simulate.multipose.files import write_multipose
     from tumble.tools.simulate.multipose.procedure import SimulatedMultipose, simulate_multipose
+    from tumble.tools.simulate.plateaus.files import write_plateaus
+    from tumble.tools.simulate.plateaus.procedure import SimulatedPlateaus, simulate_plateaus
+    from tumble.tools.simulate.plateaus.scenario import PlateausScenario
     from tumble.tools.simulate.scenario import ScenarioError
     from tumble.tools.simulate.spin.files import write_spin
     from tumble.tools.simulate.spin.procedure import SimulatedSpin, simulate_spin
@@ -83,12 +86,14 @@ __all__ = [
     "LiveScenario",
     "LiveSimulation",
     "MagneticScenario",
+    "PlateausScenario",
     "ScenarioError",
     "SimulatedDisturbance",
     "SimulatedFlight",
     "SimulatedFlightUnit",
     "SimulatedMagnetometer",
     "SimulatedMultipose",
+    "SimulatedPlateaus",
     "SimulatedSpin",
     "SimulatedStatic",
     "SimulatedThermal",
@@ -108,6 +113,7 @@ __all__ = [
     "simulate_flight",
     "simulate_magnetometer",
     "simulate_multipose",
+    "simulate_plateaus",
     "simulate_spin",
     "simulate_static",
     "simulate_thermal",
@@ -117,6 +123,7 @@ __all__ = [
     "write_live",
     "write_magnetometer",
     "write_multipose",
+    "write_plateaus",
     "write_spin",
     "write_static",
     "write_thermal",
@@ -156,6 +163,9 @@ __getattr__ = lazy.attributes(
         ),
         "tumble.tools.simulate.multipose.files": ("write_multipose",),
         "tumble.tools.simulate.multipose.procedure": ("SimulatedMultipose", "simulate_multipose"),
+        "tumble.tools.simulate.plateaus.files": ("write_plateaus",),
+        "tumble.tools.simulate.plateaus.procedure": ("SimulatedPlateaus", "simulate_plateaus"),
+        "tumble.tools.simulate.plateaus.scenario": ("PlateausScenario",),
         "tumble.tools.simulate.scenario": ("ScenarioError",),
         "tumble.tools.simulate.spin.files": ("write_spin",),
         "tumble.tools.simulate.spin.procedure": ("SimulatedSpin", "simulate_spin"),

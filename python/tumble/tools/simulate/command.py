@@ -10,6 +10,7 @@ from tumble.tools.simulate.flight.command import flight_command
 from tumble.tools.simulate.live.command import live_command
 from tumble.tools.simulate.magnetometer.command import magnetometer_command
 from tumble.tools.simulate.multipose.command import multipose_command
+from tumble.tools.simulate.plateaus.command import plateaus_command
 from tumble.tools.simulate.spin.command import spin_command
 from tumble.tools.simulate.static.command import static_command
 from tumble.tools.simulate.thermal.command import thermal_command
@@ -30,4 +31,5 @@ simulate_app.command("multipose", cls=AbbreviatingCommand)(expanded(multipose_co
 simulate_app.command("magnetometer", cls=AbbreviatingCommand)(expanded(magnetometer_command))
 simulate_app.command("static", cls=AbbreviatingCommand)(expanded(static_command))
 simulate_app.command("thermal", cls=AbbreviatingCommand)(expanded(thermal_command))
+simulate_app.command("plateaus", cls=AbbreviatingCommand)(expanded(plateaus_command))
 simulate_app.command("live", cls=AbbreviatingCommand)(expanded(live_command))
