@@ -150,7 +150,10 @@ def _has_both_legs(found: Sequence[Observation], plateaus: Sequence[int]) -> boo
 def _scores(
     found: Sequence[Observation], plateaus: Sequence[int], terms: Terms
 ) -> Iterator[tuple[str, tuple[PolynomialScore, ...]]]:
-    """Yields the scores of all orders for bias and scale of each axis that every session shows."""
+    """Yields the scores of all orders for bias and scale of each axis that every session shows.
+
+    Numbers that were stated without any uncertainty, as of a frame, are not fitted.
+    """
     x = np.array([terms.x(each.temperature) for each in found])
     legs = np.array([[0.5 * each.leg] for each in found])
     none = np.zeros((len(found), 0))
@@ -158,10 +161,14 @@ def _scores(
     for axis, name in enumerate("xyz"):
         if shown[BIAS][axis]:
             values, sigma = _biases(found, axis)
+            if not sigma.all():
+                continue
             yield f"bias {name}", choose_order(x, legs if terms.hysteresis else none, values, sigma, plateaus)
     for axis, name in enumerate("xyz"):
         if shown[3 * axis : 3 * axis + 3].all():
             values, sigma = _scales(found, axis)
+            if not sigma.all():
+                continue
             yield f"scale {name}", choose_order(x, none, values, sigma, plateaus)
 
 
