@@ -23,7 +23,7 @@ def found(unit, temperatures=UP_AND_BACK, **options):
 
 
 def test_errors_are_those_of_the_bound_and_intervals_hold_the_truth():
-    count = repetitions(400)
+    count = repetitions(240)
     generator = np.random.default_rng(SEED)
     print(f"seed {SEED}")
     curves, bounds, parameters = [], [], []

@@ -54,7 +54,7 @@ def _left_out(
     sigma: FloatArray,
     groups: Sequence[np.typing.NDArray[np.bool_]],
 ) -> FloatArray:
-    """(plateaus,) mean square error with which each is predicted from the others, eq. 6."""
+    """(plateaus,) mean square error with which each is predicted from the others, eq. 5."""
     found = []
     for out in groups:
         solution = _fit(design[~out], values[~out], sigma[~out])[0]
@@ -63,14 +63,14 @@ def _left_out(
 
 
 def _is_as_good(worse: FloatArray) -> bool:
-    """Tests whether a candidate is not clearly worse than the best, by its excess (plateaus,), eq. 7."""
+    """Tests whether a candidate is not clearly worse than the best, by its excess (plateaus,), eq. 6."""
     count = len(worse)
     error = float(worse.std(ddof=1)) / np.sqrt(count)
     return bool(worse.mean() <= _core.student_quantile(_BELOW, count - 1.0) * error)
 
 
 def _is_certain(design: FloatArray, values: FloatArray, sigma: FloatArray) -> bool:
-    """Tests whether the highest power is beyond chance, scatter beyond the sigmas included."""
+    """Tests whether the highest power is beyond chance, scatter beyond the sigmas included, eq. 7."""
     solution, covariance = _fit(design, values, sigma)
     freedom = len(values) - design.shape[1]
     if freedom < 1:
