@@ -72,20 +72,16 @@ impl<T: Real> Reading<'_, T> {
     /// Compares the axes with their latest values; missing axes are zero. Branches on random readings are slow,
     /// so the axis concerned is determined only after a fault.
     fn look(&self, latest: &[T; 3]) -> Look<T> {
-        let (mut nothing, mut largest) = (T::zero(), T::zero());
-        let (mut least, mut most) = (real::<T>(f64::INFINITY), T::zero());
-        for (value, before) in self.values.iter().zip(latest) {
-            let (size, moved) = (value.abs(), (*value - *before).abs());
-            nothing += size * T::zero();
-            largest = larger(largest, size);
-            least = smaller(least, moved);
-            most = larger(most, moved);
-        }
+        let ([x, y, z], [x_before, y_before, z_before]) = (self.values, *latest);
+        let zero = T::zero();
+        let largest = larger(larger(larger(zero, x.abs()), y.abs()), z.abs());
+        let moved = [(x - x_before).abs(), (y - y_before).abs(), (z - z_before).abs()];
+        let [x_moved, y_moved, z_moved] = moved;
         Look {
-            finite: nothing == T::zero(),
+            finite: x * zero + y * zero + z * zero == zero,
             at_end: largest >= self.end(),
-            change: most,
-            repeats: least == T::zero(),
+            change: larger(larger(larger(zero, x_moved), y_moved), z_moved),
+            repeats: (x_moved == zero) | (y_moved == zero) | (z_moved == zero),
             largest,
         }
     }

@@ -151,18 +151,18 @@ impl<T: Real> SetMotion<T> {
         follow(&mut self.usual, f, window / real(USUAL));
         let [(jerk, snap), (acceleration, angular_jerk)] = derivatives;
         let w2 = squared(w);
-        let [force_vibration, rate_vibration] = vibration.map(|variance| variance * real(VIBRATION_LEFT));
+        let [of_forces, of_rates] = vibration;
         [
             Strain {
                 any_pair: any_pair(jerk),
-                vibration: force_vibration,
+                vibration: of_forces * real(VIBRATION_LEFT),
                 place: acceleration + w2 * w2,
                 reading: squared(&difference(f, &self.usual)),
                 curvature: snap,
             },
             Strain {
                 any_pair: any_pair(acceleration),
-                vibration: rate_vibration,
+                vibration: of_rates * real(VIBRATION_LEFT),
                 place: T::zero(),
                 reading: w2,
                 curvature: angular_jerk,

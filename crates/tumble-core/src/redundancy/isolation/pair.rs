@@ -105,8 +105,8 @@ impl<T: Real> ShownOverScale<T> {
         } else {
             tabulated(of.shown_at_first)
         };
-        let [least, most] = of.shown.map(tabulated::<T>);
-        smaller(most, larger(least, share))
+        let [least, most] = of.shown;
+        smaller(tabulated(most), larger(tabulated(least), share))
     }
 
     fn learn(&mut self, noise: T, squares: &Squares<T>, gain: T) {
@@ -253,6 +253,11 @@ impl<T: Real> Comparison<T> {
         }
     }
 
+    /// Empties the comparison.
+    pub fn clear(&mut self) {
+        (self.scales, self.worst) = (0, T::zero());
+    }
+
     fn filled(&self) -> &[Squares<T>] {
         self.squares.get(..self.scales).unwrap_or(&self.squares)
     }
@@ -291,13 +296,6 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
         Self(core::array::from_fn(|_| {
             core::array::from_fn(|_| Comparison::none())
         }))
-    }
-
-    /// Empties all comparisons.
-    pub fn clear(&mut self) {
-        for comparison in self.0.iter_mut().flatten() {
-            (comparison.scales, comparison.worst) = (0, T::zero());
-        }
     }
 
     /// Returns the comparison of a pair, in either order.

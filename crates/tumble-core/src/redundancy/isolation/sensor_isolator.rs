@@ -459,13 +459,16 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         shared: T,
         comparisons: &mut Comparisons<T, UNITS>,
     ) -> bool {
-        comparisons.clear();
         self.worst_squared = [T::zero(); UNITS];
         let voters = case.voters.without(self.faulty);
         let mut disagree = false;
-        for [i, j] in pairs::<UNITS>().filter(|pair| case.voters.contain_both(*pair)) {
+        for [i, j] in pairs::<UNITS>() {
+            let Some(comparison) = comparisons.of_mut([i, j]) else {
+                continue;
+            };
+            comparison.clear();
             let units = case.unit(i).zip(case.unit(j));
-            let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) else {
+            let Some((a, b)) = units.filter(|_| case.voters.contain_both([i, j])) else {
                 continue;
             };
             self.compare_pair(case, [i, j], [a, b], (shown, shared), comparison);
@@ -497,7 +500,8 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     ) {
         let sensor = case.sensor;
         let drifted = shared + case.temperatures.drifted(i, j, case.window.per_kelvin.of(sensor));
-        let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
+        let [a, b] = units;
+        let calibrated = *sensor.of(&a.calibrated) && *sensor.of(&b.calibrated);
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
         let means = |unit: usize| {
             let means = self.deviations.get(unit)?.means();
@@ -932,10 +936,11 @@ fn known<T: Real>(
     drifted: T,
     shaken: [LeftByVibration<T>; 2],
 ) -> Knowledge<T> {
-    let [matrix_unknown, matrix_known] = MATRIX.map(tabulated::<T>);
+    let [matrix_unknown, matrix_known] = MATRIX;
     let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
-    let matrix = if shown { matrix_known } else { matrix_unknown };
-    let [place_unknown, place_known] = PLACE.map(tabulated::<T>);
+    let matrix = tabulated::<T>(if shown { matrix_known } else { matrix_unknown });
+    let [place_unknown, place_known] = PLACE;
+    let (place_unknown, place_known) = (tabulated::<T>(place_unknown), tabulated::<T>(place_known));
     let place = |sigma: T| smaller(place_unknown, sigma);
     let places = place(a.place) * place(a.place) + place(b.place) * place(b.place);
     let interpolation = (a.interval * a.interval + b.interval * b.interval) / real(12.0);

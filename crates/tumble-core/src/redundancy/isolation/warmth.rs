@@ -73,9 +73,8 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
             Some(if unit == 0 { warmth.now } else { warmth.primary })
         };
         let of_primary = primary(i).zip(primary(j)).map_or(T::zero(), |(a, b)| apart(a, b));
-        let kelvins = [change(i), change(j), of_primary].map(|change| change * change);
-        let [own, other, of_primary] = kelvins;
-        let together = own + other + of_primary;
+        let (own, other) = (change(i), change(j));
+        let together = own * own + other * other + of_primary * of_primary;
         if together == T::zero() {
             return T::zero();
         }

@@ -230,11 +230,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         };
         let of_primary = number == 0;
         let [accelerometer, gyroscope] = stored;
+        let ([force_variance, rate_variance], [known_force, known_rate]) = (means.scatter, set.known);
         Some(UnitReading {
             reading: [force, rate],
-            scatter: means.scatter.map(|variance| variance.square_root()),
+            scatter: [force_variance.square_root(), rate_variance.square_root()],
             votes: SENSORS.map(votes),
-            known: set.known.map(|known| known.contains(number)),
+            known: [known_force.contains(number), known_rate.contains(number)],
             calibrated: [
                 of_primary || accelerometer.calibrated,
                 of_primary || gyroscope.calibrated,

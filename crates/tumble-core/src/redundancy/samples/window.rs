@@ -136,14 +136,14 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
     #[allow(clippy::cast_possible_truncation)]
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
         let start = self.index.wrapping_mul(length);
-        let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start));
+        let (from, to) = (before.time.wrapping_sub(start), now.time.wrapping_sub(start));
         if from >= length {
             // The length of windows has changed.
             *self = Self::starting(whole_spans(now.time, length).0, &now.channels, false);
             return None;
         }
         // Times from the start of a window fit 32 bits.
-        let [from, to] = [from as u32, to as u32];
+        let (from, to) = (from as u32, to as u32);
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
         self.restrict(before.usable, now.usable);
