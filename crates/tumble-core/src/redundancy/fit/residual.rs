@@ -23,7 +23,7 @@ pub trait PairMoments<T: Real> {
 }
 
 /// Covariance of two channels; zero for an unknown channel.
-pub fn covariance_of<T: Real>(pairs: &dyn PairMoments<T>, i: usize, j: usize) -> T {
+pub fn covariance_of<T: Real, P: PairMoments<T> + ?Sized>(pairs: &P, i: usize, j: usize) -> T {
     let mut covariance = [T::zero()];
     pairs.covariances_of(i.min(j), i.max(j), &mut covariance);
     let [covariance] = covariance;

@@ -350,17 +350,17 @@ impl<'a, T: Real> RowPairs<'a, T> {
         if self.rests.is_none() {
             return;
         }
+        // In place, since the stack is deepest here: nothing is taken off yet.
         let at = self.layout.time;
-        let mut with_time = [T::zero(); FORCE_CHANNELS];
-        for (channel, covariance) in with_time.iter_mut().enumerate().take(at) {
-            *covariance = covariance_of(self, channel, at);
+        for channel in 0..FORCE_CHANNELS {
+            let with_time = covariance_of(self, channel, at);
+            if let Some(place) = self.with_time.get_mut(channel) {
+                *place = with_time;
+            }
         }
-        if let Some(later) = with_time.get_mut(at..) {
-            self.covariances_of(at, at, later);
-        }
-        let time = of_channel(&with_time, at) + self.steady;
+        let time = of_channel(&self.with_time, at) + self.steady;
         if time > T::zero() {
-            (self.with_time, self.per_time) = (with_time, T::one() / time);
+            self.per_time = T::one() / time;
         }
     }
 

@@ -8,7 +8,6 @@ use crate::real::Real;
 use crate::redundancy::components::dot;
 use crate::redundancy::fit::FitProblem;
 use crate::redundancy::fit::residual::{PairMoments, covariance_of};
-use crate::redundancy::samples::pair::FORCE_CHANNELS;
 
 /// Channels of a row: motion 3, lever 9, row by row, and reading of the secondary minus the stored prediction.
 const CHANNELS: usize = 13;
@@ -131,18 +130,10 @@ impl<T: Real> FitProblem<'_, T> {
         pairs.take_off_drift();
         let channels = if self.finds_lever_arm() { BEYOND } else { LEVER };
         let beyond = self.layout.second + i;
-        let mut later = [T::zero(); FORCE_CHANNELS];
         for (channel, row) in covariances.iter_mut().enumerate().take(channels) {
-            let Some(later) = later.get_mut(channel..=beyond) else {
-                return;
-            };
-            pairs.covariances_of(channel, channel, later);
-            let places = row.iter_mut().take(channels).skip(channel);
-            for (place, covariance) in places.zip(later.iter()) {
-                *place = *covariance;
-            }
-            if let Some(covariance) = later.last() {
-                row[BEYOND] = *covariance;
+            row[BEYOND] = covariance_of(&pairs, channel, beyond);
+            if let Some(later) = row.get_mut(channel..channels) {
+                pairs.covariances_of(channel, channel, later);
             }
         }
         covariances[BEYOND][BEYOND] = covariance_of(&pairs, beyond, beyond);
