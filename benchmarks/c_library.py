@@ -61,7 +61,10 @@ BY_REGISTER = (
     # Listeners of events call the function of the caller.
     (r"Listener::tell$|\{\{closure\}\}|vtable.shim", r"^on_event$"),
     (r"^<?tumble_core::redundancy::fit::", r"joint_moments::.*PairMoments<T>>::"),
-    (r"^tumble_core::redundancy::|^tumble_redundancy", r"joint_moments::.*PairMoments<T>>::|\{\{closure\}\}|vtable.shim"),
+    (
+        r"^tumble_core::redundancy::|^tumble_redundancy",
+        r"joint_moments::.*PairMoments<T>>::|\{\{closure\}\}|vtable.shim",
+    ),
     # Flash is the caller's too.
     (r"^tumble_store", r"^on_event$"),
 )

@@ -48,7 +48,10 @@ BY_REGISTER = (
     # Listeners of events.
     (r"\{\{closure\}\}|vtable.shim", r"^mission::flight::.*take::\{\{closure\}\}"),
     (r"^<?tumble_core::redundancy::fit::", r"joint_moments::.*PairMoments<T>>::"),
-    (r"^tumble_core::redundancy::|^platform::", r"joint_moments::.*PairMoments<T>>::|\{\{closure\}\}|vtable.shim"),
+    (
+        r"^tumble_core::redundancy::|^platform::",
+        r"joint_moments::.*PairMoments<T>>::|\{\{closure\}\}|vtable.shim",
+    ),
 )
 """Patterns of the names of functions that call by a register, and of the functions that they may so call."""
 FEW = 2
