@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 LEVEL = 0.01
 """Chance at which angles that are constant are taken to change."""
+CLEAR = 4.0
+"""Sigmas beyond which hysteresis is no chance; a bias that wanders looks like a little of it."""
 BESIDE = 12
 """Elements of [M row by row, b], before the terms of temperature."""
 
@@ -46,7 +48,7 @@ class Constancy:
     sigma: FloatArray
     """(3,) its 1-sigma."""
     chi_square: float
-    """Of the values about their mean."""
+    """Chi-square of the values about their mean."""
     degrees_of_freedom: int
     probability: float
     """Chance of a larger one, were the angles constant."""
@@ -145,7 +147,7 @@ class TriadOverTemperature:
     def clear_hysteresis(self) -> FloatArray:
         """(3,) hysteresis of the bias where it is beyond chance, else zero."""
         with np.errstate(invalid="ignore"):
-            is_clear = np.abs(self.hysteresis) > 3.0 * self.hysteresis_sigma
+            is_clear = np.abs(self.hysteresis) > CLEAR * self.hysteresis_sigma
         return np.where(is_clear, np.nan_to_num(self.hysteresis), 0.0)
 
     def _variances(self, t: float) -> FloatArray:
@@ -258,7 +260,7 @@ class PlateausResult(Tabular, Collection[TriadOverTemperature]):
     def verdict(self) -> Verdict:
         """`measured`, `partly measured` without hysteresis, or `model not met`.
 
-        The model is not met where sessions scatter by far more than their sigmas say.
+        The model is not met where sessions scatter by ten times their sigmas or more.
         """
         if any(max(triad.widening.values()) > LARGEST_WIDENING for triad in self.triads):
             return "model not met"

@@ -1,7 +1,7 @@
 """Covariance of a fit, widened where sessions scatter by more than their sigmas (docs/theory/plateaus.md).
 
 Switching a unit on changes its bias, and a fixture its mounting: each group of parameters is widened by
-itself, so that one does not spoil the others.
+itself, so that one does not disturb the others.
 """
 
 from __future__ import annotations
