@@ -37,6 +37,8 @@ PRINTS = {
         for row in PROCEDURES
     },
     "compare-result": "compare {0}/multipose/multipose.yaml {0}/turntable/target_1.yaml -o {0}/out",
+    "plateaus-result": "plateaus {0}/multipose/multipose.yaml {0}/multipose/multipose.yaml "
+    "{0}/multipose/multipose.yaml --temperature 0 --temperature 20 --temperature 40 -o {0}/out",
     "export": "export {0}/turntable/target_1.yaml --format imucal -o {0}/target_1.json",
     "export-all": "export {0}/turntable/target_1.yaml --all --set rate=100 -o {0}/exported",
     "import": "import {0}/target_1.json -o {0}/imported",

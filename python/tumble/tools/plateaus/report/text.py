@@ -33,12 +33,15 @@ def _predicted(triad: TriadOverTemperature) -> Iterator[str]:
     inner = [each for each in triad.predictions if not each.outside]
     if not inner:
         return
-    bias = _rms([each.bias for each in inner])
-    scale = _rms([each.scale for each in inner])
+    bias, scale = (_rms([getattr(each, part) for each in inner]) for part in ("bias", "scale"))
+    of_bias = readable_scale(triad.unit, bias).figure(bias, 2)
+    if not np.isfinite(scale):
+        yield f"{triad.triad}: the bias of a plateau that was left out is predicted within {of_bias}"
+        return
+    of_scale = readable_scale("1", scale).figure(scale, 2)
     yield (
-        f"{triad.triad}: a plateau that was left out is predicted within "
-        f"{readable_scale(triad.unit, bias).figure(bias, 2)} of bias"
-        + (f" and {readable_scale('1', scale).figure(scale, 2)} of scale" if np.isfinite(scale) else "")
+        f"{triad.triad}: bias and scale of a plateau that was left out are predicted within {of_bias} and "
+        f"{of_scale}"
     )
 
 
@@ -50,11 +53,11 @@ def constant_sentences(result: PlateausResult) -> Iterator[str]:
     """Describes what is held constant, and whether that is right."""
     for triad in result.triads:
         for each in triad.constancies:
-            verdict = f"{each.described}, which is not modelled" if each.changes else "shows no change"
-            yield (
-                f"{triad.triad} {each.group} {verdict}: chi-square {each.chi_square:.1f} for "
-                f"{each.degrees_of_freedom}"
-            )
+            test = f"{each.chi_square:.1f}", f"{each.degrees_of_freedom}"
+            if each.changes:
+                yield f"{triad.triad} {each.group}: not modelled, though it {each.described}"
+            else:
+                yield f"{triad.triad} {each.group}: no change, chi-square {test[0]} for {test[1]}"
 
 
 def axis_rows(result: PlateausResult) -> Rows:
@@ -131,8 +134,7 @@ def prediction_rows(triad: TriadOverTemperature) -> Rows:
             most = int(np.nanargmax(np.abs(values)))
             scale = readable_scale(unit, abs(float(values[most])))
             cells.append(f"{'xyz'[most]} {scale.measurement(float(values[most]), float(sigma[most]))}")
-        end = ", an end" if each.outside else ""
-        rows.append((f"{each.temperature:.1f} °C{end}", tuple(cells)))
+        rows.append((f"{each.temperature:.1f} °C", tuple(cells)))
     return tuple(rows)
 
 
