@@ -16,6 +16,7 @@ import report_spin_cases as spins
 import tumble
 from align_motions import Motion, Sensor, drawn, recordings
 from drifting_results import drifting
+from plateau_units import PlateauUnit
 from report_reader import Page
 from tumble.foundation.provenance import UNKNOWN
 from tumble.foundation.translation import speaking
@@ -31,6 +32,7 @@ from tumble.procedures.spin.report.page import SPIN_REPORT
 from tumble.procedures.thermal.report.page import THERMAL_REPORT
 from tumble.procedures.turntable.report.pages import records_of, render_batch, render_target
 from tumble.tools.compare.report.page import COMPARE_REPORT
+from tumble.tools.plateaus.report.page import PLATEAUS_REPORT
 
 
 def rendered(report, result):
@@ -77,6 +79,9 @@ PAGES = {
     ),
     "thermal": lambda _: rendered(THERMAL_REPORT, tumble.thermal(tumble.simulate_thermal(seed=3).recording)),
     "compare": lambda _: compared(),
+    "plateaus": lambda _: rendered(
+        PLATEAUS_REPORT, tumble.plateaus(PlateauUnit(np.random.default_rng(5), bias=(1e-4,)).sessions())
+    ),
     "history": lambda folder: history(folder),
 }
 

@@ -109,8 +109,16 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
             content[triad] = kept
         for keys in ((*NOISE, *NOISE_FOR_FILTERS), (TEMPERATURE_DRIFT,)):
             if triad in found and any(key in kept for key in keys):
-                content[triad] = {**content[triad], **{key: kept.get(key) for key in keys}}
+                content[triad] = {**content[triad], **{key: _kept(kept, key) for key in keys}}
     return content | taken_over(before, replaced)
+
+
+def _kept(section: Mapping[str, Any], key: str) -> Any:  # noqa: ANN401 - what a file holds
+    """Returns a part of a section; the covariance of a drift with M and b ends with these."""
+    value = section.get(key)
+    if key == TEMPERATURE_DRIFT:
+        return {name: each for name, each in value.items() if name != "covariance"}
+    return value
 
 
 def _gave(content: Mapping[str, Any]) -> Iterator[str]:

@@ -35,7 +35,7 @@ def constancies(observations: Sequence[Observation], matrix: FloatArray) -> Iter
 
 
 def _brought_to(matrix: FloatArray, lengths: FloatArray) -> FloatArray:
-    return matrix * (lengths / np.linalg.norm(matrix, axis=1))[:, None]
+    return np.asarray(matrix * (lengths / np.linalg.norm(matrix, axis=1))[:, None])
 
 
 def _tested(name: str, t: FloatArray, values: FloatArray, spreads: FloatArray) -> Constancy:

@@ -157,7 +157,7 @@ def _scores(
     x = np.array([terms.x(each.temperature) for each in found])
     legs = np.array([[0.5 * each.leg] for each in found])
     none = np.zeros((len(found), 0))
-    shown = np.array([each.shown for each in found]).all(axis=0)
+    shown = np.array([each.shown for each in found]).min(axis=0)
     for axis, name in enumerate("xyz"):
         if shown[BIAS][axis]:
             values, sigma = _biases(found, axis)
@@ -227,7 +227,7 @@ def _predictions(found: Sequence[Observation], plateaus: Sequence[int], terms: T
     """Predicts each session from the plateaus that it is not at, where these still bear the terms, eq. 10."""
     numbers = np.array(plateaus)
     for each, number in zip(found, plateaus, strict=True):
-        others = [found[k] for k in np.flatnonzero(numbers != number)]
+        others = [other for other, at in zip(found, plateaus, strict=True) if at != number]
         rest = numbers[numbers != number]
         if terms.hysteresis and not _has_both_legs(others, rest.tolist()):
             continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -245,7 +245,7 @@ class PlateausResult(Tabular, Collection[TriadOverTemperature]):
     """Lowest and highest plateau, degC; beyond, the value at the edge is held."""
     plateaus: tuple[PlateauFacts, ...]
     triads: tuple[TriadOverTemperature, ...]
-    base: Mapping[str, object] = field(repr=False)
+    base: Mapping[str, Any] = field(repr=False)
     """Contents of the calibration file that all sessions share."""
     warnings: tuple[str, ...] = ()
     options: Mapping[str, object] = field(default_factory=dict)

@@ -65,8 +65,8 @@ def widened(found: Fit, factors: Mapping[str, float]) -> FloatArray:
     by_group = np.ones(len(found.solution))
     for name, place in GROUPS.items():
         by_group[place] = factors[name]
-    for place, (part, _, _) in enumerate(found.terms.places(), start=ELEMENTS):
-        by_group[place] = factors["scale" if part == "scale" else "bias"]
+    for term, (part, _, _) in enumerate(found.terms.places(), start=ELEMENTS):
+        by_group[term] = factors["scale" if part == "scale" else "bias"]
     whole = np.linalg.inv(change) @ np.diag(by_group) @ change
     return np.asarray(whole @ found.covariance @ whole.T)
 

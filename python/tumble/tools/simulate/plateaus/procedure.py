@@ -52,8 +52,8 @@ class SimulatedPlateaus:
         drawn = session["target_1"]
         random = np.random.default_rng([self.scenario.seed, number, 1])
         temperature = self.scenario.temperatures[number] + SCATTER * random.normal(size=len(drawn.samples))
-        readings = {triad: self._changed(drawn, triad, number) for triad in TRIADS}
-        samples = Chunk(drawn.samples.time, *readings.values(), temperature)
+        force, rate = (self._changed(drawn, triad, number) for triad in TRIADS)
+        samples = Chunk(drawn.samples.time, force, rate, temperature)
         metadata = replace(drawn.recording.metadata, serial=self.unit.recording.metadata.serial)
         unit = replace(drawn, samples=samples, recording=Recording(metadata, lambda: iter((samples,))))
         return replace(session, target_units=(unit,))
