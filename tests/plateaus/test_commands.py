@@ -62,7 +62,7 @@ def test_stated_temperatures_replace_those_of_the_files(folder, tmp_path):
     options = [word for degrees in (0, 20, 40, 60, 20) for word in ("--temperature", degrees)]
     done = put_together(folder, *options, "--reference-temperature", 20, "-o", tmp_path)
     assert done.code == 0, done.out + done.err
-    assert "from 0.0 to 60.0 °C became one" in done.text
+    assert "from 5 sessions, 0.0 to 60.0 °C" in done.text
     assert "M and b hold at 20.0 °C" in done.text
 
 

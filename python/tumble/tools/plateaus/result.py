@@ -194,7 +194,7 @@ class TriadOverTemperature:
                 kelvin = "K" if k == 1 else f"K^{k}"
                 rows.append((f"{name} per {kelvin}", f"{unit}/{kelvin}", values, sigma[place : place + 3]))
                 place += 3
-        rows.append(("hysteresis", self.unit, self.hysteresis, self.hysteresis_sigma))
+        rows.append(("hysteresis of bias", self.unit, self.hysteresis, self.hysteresis_sigma))
         for name, unit, values, sigmas in rows:
             for axis, value, spread in zip("xyz", values, sigmas, strict=True):
                 yield {

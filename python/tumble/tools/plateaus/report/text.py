@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.words import count_of
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, readable_scale, significant
 from tumble.tools.plateaus.result import PlateausResult, PolynomialScore, TriadOverTemperature
 
-COLUMNS = ("order", "change of bias", "hysteresis", "change of scale")
+COLUMNS = ("order", "change of bias", "hysteresis of bias", "change of scale")
 """Columns of the table with one row an axis."""
 Rows = tuple[tuple[str, tuple[str, ...]], ...]
 
@@ -19,7 +18,9 @@ Rows = tuple[tuple[str, tuple[str, ...]], ...]
 def sentences(result: PlateausResult) -> Iterator[str]:
     """Describes what was used, where the result holds, and how well it predicts."""
     low, high = result.range
-    yield f"{count_of('calibration', len(result.plateaus))} from {low:.1f} to {high:.1f} °C became one"
+    yield (
+        f"one calibration over temperature from {len(result.plateaus)} sessions, {low:.1f} to {high:.1f} °C"
+    )
     yield (
         f"M and b hold at {result.reference:.1f} °C; below {low:.1f} and above {high:.1f} °C bias and scale "
         "at that edge are held, as nothing shows how they go on"
@@ -147,7 +148,7 @@ def method_lines(result: PlateausResult) -> tuple[tuple[str, str], ...]:
         ("fit", "generalised least squares with the full covariance of each calibration"),
         ("order", "by plateaus left out in turn; no power is dropped that is beyond chance"),
         ("chi-square", chi_squares),
-        ("constant", "non-orthogonality and mounting, tested for change"),
+        ("held constant", "non-orthogonality and mounting, tested for change"),
         *((f"{each.temperature:.1f} °C", each.file or each.name) for each in result.plateaus),
         ("software", result.software),
     )
