@@ -12,6 +12,7 @@ from repetitions import repetitions
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import TumbleError
 from tumble.tools.exchange.procedure import export, import_calibrations
+from tumble.tools.plateaus.report.page import PLATEAUS_REPORT
 
 SEED = 34
 GRID = np.array([-20.0, -5.0, 10.0, 40.0, 55.0, 70.0])
@@ -121,10 +122,17 @@ def test_a_gyroscope_that_showed_bias_alone_has_bias_alone():
         spread[:9], spread[:, :9] = np.nan, np.nan
         object.__setattr__(each.gyroscope, "covariance", spread)
         object.__setattr__(each.gyroscope, "estimated", ("bias",))
-    triad = tumble.plateaus(sessions, reference=REFERENCE)["gyroscope"]
+    result = tumble.plateaus(sessions, reference=REFERENCE)
+    triad = result["gyroscope"]
     assert len(triad.scale) == 0
     assert np.abs(triad.bias[0] - BIAS[0]).max() < 1e-5
     assert np.isnan(np.diag(triad.covariance)[:9]).all()
+    section = result.calibration.gyroscope
+    assert section.K is None
+    assert np.isnan(section.covariance[0, 0])
+    assert np.isfinite(section.temperature_drift.bias_sigma[0]).all()
+    assert len(triad.predictions) == 4
+    assert PLATEAUS_REPORT.render(result).count("not observable") == 4 + 3
 
 
 @pytest.mark.parametrize(

@@ -237,11 +237,13 @@ def _predictions(found: Sequence[Observation], plateaus: Sequence[int], terms: T
         predicted, measured = (of[MATRIX].reshape(3, 3) for of in (values, each.values))
         along = predicted / np.linalg.norm(predicted, axis=1)[:, None]
         of_rows = np.array([covariance[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] for k in range(3)])
+        # Rows that a session did not show are at their ideal values, which predict nothing.
+        shown = each.shown[MATRIX].reshape(3, 3).min(axis=1)
         yield Prediction(
             temperature=each.temperature,
             outside=number in (numbers.min(), numbers.max()),
             bias=each.values[BIAS] - values[BIAS],
             bias_sigma=np.sqrt(np.diag(covariance)[BIAS]),
-            scale=np.einsum("ij,ij->i", along, measured - predicted),
-            scale_sigma=np.sqrt(np.einsum("ki,kij,kj->k", along, of_rows, along)),
+            scale=np.where(shown, np.einsum("ij,ij->i", along, measured - predicted), np.nan),
+            scale_sigma=np.where(shown, np.sqrt(np.einsum("ki,kij,kj->k", along, of_rows, along)), np.nan),
         )

@@ -76,7 +76,9 @@ def axis_rows(result: PlateausResult) -> Rows:
                         f"bias {orders[0]}, scale {orders[1]}",
                         scales["bias"].measurement(float(change[3 + axis]), float(spread[3 + axis])),
                         _printed(scales["bias"], triad.hysteresis[axis], triad.hysteresis_sigma[axis]),
-                        scales["scale"].measurement(float(change[axis]), float(spread[axis])),
+                        scales["scale"].measurement(float(change[axis]), float(spread[axis]))
+                        if f"scale {name}" in triad.orders
+                        else NOT_OBSERVABLE,
                     ),
                 )
             )
@@ -132,7 +134,10 @@ def prediction_rows(triad: TriadOverTemperature) -> Rows:
             (each.bias, each.bias_sigma, triad.unit),
             (each.scale, each.scale_sigma, "1"),
         ):
-            most = int(np.nanargmax(np.abs(values)))
+            if not np.isfinite(values).all():
+                cells.append(NOT_OBSERVABLE)
+                continue
+            most = int(np.abs(values).argmax())
             scale = readable_scale(unit, abs(float(values[most])))
             cells.append(f"{'xyz'[most]} {scale.measurement(float(values[most]), float(sigma[most]))}")
         rows.append((f"{each.temperature:.1f} °C", tuple(cells)))
