@@ -103,7 +103,7 @@ def _jacobian(function: Callable[[FloatArray], FloatArray], x: FloatArray) -> Fl
         (function(x + step * row) - function(x - step * row)) / (2.0 * step)
         for step, row in zip(steps, np.eye(len(x)), strict=True)
     ]
-    return np.array(columns).T
+    return np.column_stack(columns)
 
 
 def _matrix(quaternion: FloatArray) -> FloatArray:

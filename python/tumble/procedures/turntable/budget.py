@@ -16,7 +16,8 @@ from tumble.acquisition.imu import Imu
 from tumble.calibration.budget import Budget, BudgetSource, Distribution, budget_of
 from tumble.foundation.error_decomposition import factor_jacobian
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import Rest, TriadName, TriadResult
+from tumble.foundation.results import Rest, TriadResult
+from tumble.foundation.units import CalibratedTriad
 from tumble.poses.triads import VERY_MANY
 from tumble.procedures.turntable.reference_uncertainty import StatedError
 from tumble.tools.inspect.samples import quantisation_step
@@ -46,7 +47,7 @@ class OwnError:
 class BudgetSources:
     """Sources that all targets of a session share."""
 
-    reference: Mapping[TriadName, tuple[StatedError, ...]]
+    reference: Mapping[CalibratedTriad, tuple[StatedError, ...]]
     gravity_sigma: float
     """m/s^2; 0 where nobody states it."""
     table_sigma: float
@@ -204,7 +205,7 @@ def _normal_inverse(triad: TriadResult, rests: Sequence[Rest]) -> FloatArray | N
     return found
 
 
-def _steps(triad: TriadName, unit: Imu) -> FloatArray:
+def _steps(triad: CalibratedTriad, unit: Imu) -> FloatArray:
     """(3,) steps of the readings of a log, unit of the triad; 0 where they show none."""
     chunk = next(iter(unit.recording.chunks()), None)
     if chunk is None:

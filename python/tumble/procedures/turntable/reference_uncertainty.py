@@ -17,7 +17,7 @@ from tumble.calibration.reference_certificate import CertifiedTriad, Influence, 
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import TriadName
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.procedures.turntable.result import NOT_STATED, UncertaintySources
 from tumble.tools.simulate.grade import Grade
@@ -44,7 +44,7 @@ class KnownUncertainty:
     accelerometer: FloatArray | None
     gyroscope: FloatArray | None
     sources: UncertaintySources
-    errors: Mapping[TriadName, tuple[StatedError, ...]] = field(default_factory=dict)
+    errors: Mapping[CalibratedTriad, tuple[StatedError, ...]] = field(default_factory=dict)
     """Sources of both, which sum up to them."""
 
 
@@ -65,7 +65,7 @@ def reference_uncertainty(
     """
     refuse_unknown_grade("reference", grade)
     of_grade = dict(zip(TRIADS, _core.uncertainty_of_grade(grade), strict=True)) if grade else {}
-    errors: dict[TriadName, tuple[StatedError, ...]] = {}
+    errors: dict[CalibratedTriad, tuple[StatedError, ...]] = {}
     sources: dict[TriadName, str] = {}
     for name in TRIADS:
         found: tuple[StatedError, ...] = ()

@@ -24,7 +24,7 @@ from tumble.foundation.results import (
     Verdict,
     only,
 )
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 
 if TYPE_CHECKING:
@@ -356,7 +356,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     commanded: CommandedRates | None = None
     """Commanded rates, where truth is `table`."""
 
-    def inherited_from(self, triad: TriadName) -> str:
+    def inherited_from(self, triad: CalibratedTriad) -> str:
         """Returns the source of the inherited part: `calibration`, `table`, `calibration and gravity`."""
         stated = str(getattr(self.reference.uncertainty, triad))
         by_table = triad == "gyroscope" and self.commanded is not None
