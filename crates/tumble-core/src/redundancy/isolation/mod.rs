@@ -32,7 +32,7 @@ use crate::redundancy::components::{difference, follow, smaller, sum};
 use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::isolation::delay::Delays;
 use crate::redundancy::isolation::motion::SetMotion;
-use crate::redundancy::isolation::pair::{Comparisons, ShownByPairs};
+use crate::redundancy::isolation::pair::ShownByPairs;
 use crate::redundancy::isolation::sensor_isolator::{FindAided, SensorIsolator};
 use crate::redundancy::isolation::turn::{Turned, UsualError};
 use crate::redundancy::isolation::unit::CarriedGravity;
@@ -438,7 +438,6 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
         });
         let find_aided = aiding_evidence.map(|_| SensorIsolator::find_aided as FindAided<T, UNITS>);
         let usual_error = self.usual_error.variance(&self.turned);
-        let mut comparisons = Comparisons::none();
         for sensor in SENSORS {
             let measured = match sensor {
                 Sensor::Accelerometer => &f,
@@ -469,8 +468,7 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
                 known: *sensor.of(&known),
                 delays: &self.delays,
             };
-            let pairs = (&mut self.shown, &mut comparisons);
-            isolator.isolate(&case, pairs, &mut |found| emit(sensor, found));
+            isolator.isolate(&case, &mut self.shown, &mut |found| emit(sensor, found));
         }
         if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
             self.find_late(window, &acceleration, emit);

@@ -366,16 +366,18 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         }
     }
 
-    /// Compares all pairs, isolates faulty units, and learns from healthy ones. `comparisons` is overwritten. One copy of
-    /// the code serves both kinds of sensor.
+    /// Compares all pairs, isolates faulty units, and learns from healthy ones. One copy of the code serves
+    /// both kinds of sensor.
     #[inline(never)]
     pub fn isolate(
         &mut self,
         case: &Case<'_, T, UNITS>,
-        (shown, comparisons): (&mut ShownByPairs<T, UNITS>, &mut Comparisons<T, UNITS>),
+        shown: &mut ShownByPairs<T, UNITS>,
         emit: Emit<'_, T>,
     ) {
         self.find_noisy(case, emit);
+        // Here and not with the caller, on whose stack they would lie beneath every other call too.
+        let comparisons = &mut Comparisons::none();
         let mut disagrees = self.compare(case, shown, T::zero(), comparisons);
         if disagrees {
             let shared = self.shared_drift(case);
