@@ -116,7 +116,7 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
 def _kept(section: Mapping[str, Any], key: str) -> Any:  # noqa: ANN401 - what a file holds
     """Returns a part of a section; the covariance of a drift with M and b ends with these."""
     value = section.get(key)
-    if key == TEMPERATURE_DRIFT:
+    if key == TEMPERATURE_DRIFT and value is not None:
         return {name: each for name, each in value.items() if name != "covariance"}
     return value
 

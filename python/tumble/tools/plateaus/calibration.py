@@ -46,7 +46,7 @@ def _options(result: PlateausResult) -> dict[str, Any]:
     plateaus = [
         {"name": each.name, "sha256": each.hash, "temperature": each.temperature} for each in result.plateaus
     ]
-    return {**plain(dict(result.options)), "plateaus": plateaus}
+    return {**{key: plain(value) for key, value in result.options.items()}, "plateaus": plateaus}
 
 
 def _section(triad: TriadOverTemperature, base: Any) -> dict[str, Any]:  # noqa: ANN401 - plain content
