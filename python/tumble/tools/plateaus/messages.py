@@ -14,6 +14,9 @@ FEWEST = 3
 _LARGEST_SPREAD = 0.2
 """Share of the range by which the temperature of one session may change without a remark."""
 
+_NOTABLE_WIDENING = 2.0
+"""Factor on sigmas that is worth a remark."""
+
 ONE_LEG = (
     "hysteresis is not known, as no temperature was reached both by warming and by cooling: a curve of one "
     "leg may be off on the other by more than its sigma says; go back through some of the temperatures, and "
@@ -80,7 +83,7 @@ def _constant(triad: TriadOverTemperature) -> Iterator[str]:
 
 
 def _scattered(triad: TriadOverTemperature) -> Iterator[str]:
-    wide = {name: factor for name, factor in triad.widening.items() if factor > 1.0}
+    wide = {name: factor for name, factor in triad.widening.items() if factor > _NOTABLE_WIDENING}
     if wide:
         listed = join([f"{name} {factor:.1f} times" for name, factor in wide.items()])
         why = (

@@ -17,8 +17,8 @@ from tumble.foundation.results import INTERVAL
 from tumble.tools.plateaus.fit import Fit
 from tumble.tools.plateaus.observation import BIAS, ELEMENTS, MATRIX, Observation
 
-UNLIKELY = 5.0
-"""Own sigmas of chi-square above its mean that are no chance, as for a turntable."""
+UNLIKELY = 0.1
+"""Chance of chi-square below which sigmas are widened; it is not small, as biases do wander."""
 GROUPS: Mapping[str, slice] = {
     "scale": slice(0, 3),
     "non-orthogonality": slice(3, 6),
@@ -51,11 +51,11 @@ def widenings(found: Fit, observations: Sequence[Observation]) -> dict[str, floa
 
 
 def _widening(chi_square: float, freedom: float) -> float:
-    if freedom < 1.0 or chi_square <= freedom + UNLIKELY * np.sqrt(2.0 * freedom):
+    if freedom < 1.0 or _core.chi_square_tail(chi_square, freedom) > UNLIKELY:
         return 1.0
     # The scatter is itself known from few sessions.
     reach = _core.student_quantile(0.975, freedom) / INTERVAL
-    return float(np.sqrt(chi_square / freedom) * reach)
+    return max(1.0, float(np.sqrt(chi_square / freedom) * reach))
 
 
 def widened(found: Fit, factors: Mapping[str, float]) -> FloatArray:
