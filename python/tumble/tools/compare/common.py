@@ -75,8 +75,8 @@ def change(
 ) -> tuple[FloatArray, FloatArray]:
     """(3,) change from the reference to a temperature, degC, and its variance; held at the edge of the range.
 
-    Files keep no covariance of coefficients, so their errors count as independent, which is on the safe side:
-    those of odd powers, and those of even ones, mostly cancel.
+    Most files keep no covariance of coefficients, so their errors count as independent, which is on the safe
+    side: those of odd powers, and those of even ones, mostly cancel.
     """
     t = float(np.clip(temperature, *drift.range)) - drift.reference
     powers = t ** np.arange(1, len(coefficients) + 1)[:, None]
