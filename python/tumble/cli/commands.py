@@ -48,7 +48,7 @@ COMMANDS = {
     "plateaus": CommandEntry(
         "tumble.tools.plateaus.command",
         "plateaus_command",
-        "Make one calibration over temperature of several, each at its own temperature.",
+        "Make one calibration over temperature of several, each made at its own temperature.",
     ),
     "convert": CommandEntry(
         "tumble.tools.convert.command", "convert_command", "Write a log in another format, in SI units."
