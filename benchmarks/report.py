@@ -655,7 +655,7 @@ def magnetometer(content: Content) -> Iterator[str]:
     yield (
         f"{content['sessions']} simulated sessions each: 18 rests of 4 s with 0.3 µT of noise a sample, and "
         f"60 s turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near a rest "
-        f"were found; {100 * content['rests']['alarms']:.1f} % of sessions without one named a rest."
+        f"were found. In {100 * content['rests']['alarms']:.1f} % of sessions without one a rest was named."
     )
     yield ""
     yield "| recording of others | samples | raw | by its author | Tumble | biases apart over the field |"
