@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 use tumble_core::model::ModelCovariance;
 
+use super::disturbed::FALSE_ALARM;
 use super::error::MagnetometerError;
-use super::fit::{FALSE_ALARM, FieldFit, FieldSettings, fit_field};
+use super::fit::{FieldFit, FieldSettings, fit_field};
 use super::next_field::{NextField, coverage, next_field};
 use super::readings::FieldReadings;
 use super::rests::{CalibratedAccelerometer, FieldSamples, RestUp, at_rests};

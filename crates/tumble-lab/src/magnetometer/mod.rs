@@ -6,13 +6,17 @@
 
 mod alignment;
 mod calibration;
+mod constancy;
+mod disturbed;
 mod error;
 mod fit;
 mod next_field;
 mod quantisation;
 mod readings;
 mod rests;
+mod settled;
 mod turned;
+mod unknowns;
 
 #[cfg(test)]
 mod tests;
