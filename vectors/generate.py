@@ -9,6 +9,8 @@ unknowns, plain sums), never from the core.
 from __future__ import annotations
 
 import json
+import struct
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -113,6 +115,44 @@ def _single(y: Array, b: Array, bias: Array, scale: Array, t: float) -> NDArray[
     )
     found: NDArray[np.float32] = (y_single - b_single - d) / (one + s) + b_single
     return found
+
+
+def magnetometer() -> list[dict[str, Any]]:
+    """Give the field behind readings by a linear solver, and records of such units by struct."""
+    rng = np.random.default_rng(17)
+    cases = []
+    for code, load in enumerate((12.5, 0.75)):
+        # Numbers that single precision holds: a record keeps them as they are.
+        m, b, effect, y, m_sigma, b_sigma = (
+            np.float64(np.float32(values))
+            for values in (
+                skewed(rng, rng.normal(0, 1, 3)),
+                rng.normal(0, 30, 3),
+                rng.normal(0, 2, 3),
+                rng.normal(0, 40, 3),
+                rng.uniform(1e-4, 1e-2, (3, 3)),
+                rng.uniform(0.05, 0.5, 3),
+            )
+        )
+        identity = 77 + code
+        numbers = np.concatenate([part.ravel() for part in (m, b, effect, m_sigma, b_sigma)])
+        body = struct.pack("<2sBQBB27f", b"TR", 4, identity, 2, code, *numbers)
+        cases.append(
+            {
+                "identity": identity,
+                "current_unit": ("A", "1")[code],
+                "M": m,
+                "b": b,
+                "current": effect,
+                "M_sigma": m_sigma,
+                "b_sigma": b_sigma,
+                "load": load,
+                "y": y,
+                "field": np.linalg.solve(m, y - b - effect * load),
+                "record": (body + struct.pack("<I", zlib.crc32(body))).hex(),
+            }
+        )
+    return cases
 
 
 def moments() -> dict[str, Any]:
@@ -446,6 +486,7 @@ VECTORS = {
         },
     ),
     "temperature": Vectors(temperature, {"at_reference": (2e-15, 2e-6)}),
+    "magnetometer": Vectors(magnetometer, {"field": (2e-13, 5e-5)}),
     "moments": Vectors(moments, {"mean": (2e-14, 5e-6), "variance": (5e-17, 5e-9)}),
     "gravity": Vectors(gravity, {"gravity": (5e-10, 5e-6)}),
     "allan": Vectors(allan, {"averaging": (5e-15, 2e-6), "variance": (2e-19, 5e-11)}),

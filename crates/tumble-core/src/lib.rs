@@ -8,7 +8,7 @@
 //! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them; [`pauses`] where samples are missing.
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean; [`grade`]: how large they are where nobody knows.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
-//! 6. [`gravity`]: what the Earth adds; [`temperature`]: what it does to bias and scale.
+//! 6. [`gravity`]: what the Earth adds; [`temperature`]: what it does to bias and scale; [`magnetometer`]: what currents add.
 //! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot;
 //!    [`redundancy`]: a primary that keeps its secondaries calibrated.
 //!
@@ -19,6 +19,7 @@
 pub mod eigen;
 pub mod grade;
 pub mod gravity;
+pub mod magnetometer;
 pub mod mean_scatter;
 pub mod model;
 pub mod moments;

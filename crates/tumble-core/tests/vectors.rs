@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 use tumble_core::gravity::normal;
+use tumble_core::magnetometer::MagnetometerModel;
 use tumble_core::model::ErrorModel;
 use tumble_core::moments::Moments;
 use tumble_core::noise::{AllanLadder, Interval, Noise};
@@ -156,6 +157,22 @@ fn temperature<T: Named>() {
             let bits = found.map(|value| f64::from((value.wide() as f32).to_bits()));
             assert_eq!(bits.as_slice(), numbers(&case["bits"]));
         }
+    }
+}
+
+fn magnetometer<T: Named>() {
+    let vectors = read("magnetometer");
+    for case in vectors.cases.as_array().expect("cases") {
+        let unit = MagnetometerModel {
+            model: ErrorModel {
+                matrix: matrix(&case["M"]),
+                bias: vector(&case["b"]),
+            },
+            current: vector(&case["current"]),
+        };
+        let correction = unit.correction().expect("an inverse");
+        let field = correction.apply(&vector::<T>(&case["y"]), number(&case["load"]));
+        vectors.check(case, "field", field.iter().copied());
     }
 }
 
@@ -471,6 +488,7 @@ macro_rules! in_both_precisions {
 in_both_precisions! {
     the_error_model_agrees_with_its_vectors: model,
     readings_are_taken_to_the_reference_as_their_vectors_say: temperature,
+    magnetometers_agree_with_their_vectors: magnetometer,
     moments_agree_with_their_vectors: moments,
     normal_gravity_agrees_with_its_vectors: gravity,
     the_allan_ladder_agrees_with_its_vectors: allan,
