@@ -7,8 +7,8 @@ use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
-    DRIFT_ENCODED, DRIFT_VERSION, EncodeError, MAX_ENCODED, StoredRecord, VERSION, decode, decode_drift,
-    encode, encode_drift, length,
+    DRIFT_ENCODED, EncodeError, MAGNETOMETER_ENCODED, MAGNETOMETER_VERSION, MAX_ENCODED, StoredRecord,
+    VERSION, decode, decode_drift, decode_magnetometer, encode, encode_drift, encode_magnetometer, length,
 };
 
 use crate::campaign::RunOutcome;
@@ -83,7 +83,11 @@ fn made_up(draw: &mut FuzzDraw) -> RunOutcome {
     if !draw.once_in(4) {
         bytes
             .iter_mut()
-            .zip([b'T', b'R', 1 + draw.below(usize::from(DRIFT_VERSION)) as u8])
+            .zip([
+                b'T',
+                b'R',
+                1 + draw.below(usize::from(MAGNETOMETER_VERSION)) as u8,
+            ])
             .for_each(|(byte, head)| *byte = head);
     }
     if !draw.once_in(4) {
@@ -103,6 +107,18 @@ fn consistent(bytes: &[u8]) -> RunOutcome {
         return expect(
             again == Ok(bytes),
             "a drift is written as other bytes than it was read from",
+        );
+    }
+    if let Ok(magnetometer) = decode_magnetometer(bytes) {
+        expect(
+            length(bytes) == Some(bytes.len()),
+            "a magnetometer has another length than it says",
+        )?;
+        let mut buffer = [0; MAGNETOMETER_ENCODED];
+        let again = encode_magnetometer(&magnetometer, &mut buffer);
+        return expect(
+            again == Ok(bytes),
+            "a magnetometer is written as other bytes than it was read from",
         );
     }
     let Ok(record) = decode(bytes) else {

@@ -36,10 +36,15 @@ pub fn put<const N: usize>(bytes: &mut [u8], offset: usize, value: [u8; N]) {
 
 /// Writes what all versions begin with.
 pub fn begin(bytes: &mut [u8], version: u8, identity: u64, sensor: Sensor) {
+    begin_with(bytes, version, identity, sensor_code(sensor));
+}
+
+/// Writes the same with the code of a sensor.
+pub fn begin_with(bytes: &mut [u8], version: u8, identity: u64, sensor: u8) {
     let [t, r] = MAGIC;
     put(bytes, 0, [t, r, version]);
     put(bytes, IDENTITY, identity.to_le_bytes());
-    put(bytes, SENSOR, [sensor_code(sensor)]);
+    put(bytes, SENSOR, [sensor]);
 }
 
 /// Ends a record of which all else is written.
@@ -65,13 +70,19 @@ pub fn version_of(bytes: &[u8]) -> Result<u8, DecodeError> {
 
 /// Which sensor of which unit a record is about.
 pub fn subject(bytes: &[u8]) -> Result<(u64, Sensor), DecodeError> {
-    let identity = field(bytes, IDENTITY).ok_or(DecodeError::Corrupt)?;
-    let [code] = field(bytes, SENSOR).ok_or(DecodeError::Corrupt)?;
+    let (identity, code) = subject_code(bytes)?;
     let sensor = sensor(code).ok_or(DecodeError::UnknownCode {
         field: Field::Sensor,
         found: code,
     })?;
-    Ok((u64::from_le_bytes(identity), sensor))
+    Ok((identity, sensor))
+}
+
+/// The same, with the code of the sensor.
+pub fn subject_code(bytes: &[u8]) -> Result<(u64, u8), DecodeError> {
+    let identity = field(bytes, IDENTITY).ok_or(DecodeError::Corrupt)?;
+    let [code] = field(bytes, SENSOR).ok_or(DecodeError::Corrupt)?;
+    Ok((u64::from_le_bytes(identity), code))
 }
 
 /// The code of a sensor.

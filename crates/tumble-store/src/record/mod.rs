@@ -6,12 +6,15 @@
 
 mod drift;
 mod frame;
+#[cfg(feature = "magnetometer")]
+mod magnetometer;
 mod numbers;
 mod sensor_error;
 
 pub(crate) use frame::{sensor, sensor_code};
 
-use nalgebra::{convert, convert_unchecked};
+use nalgebra::{Matrix3, Vector3, convert, convert_unchecked};
+use tumble_core::magnetometer::MagnetometerModel;
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
@@ -28,6 +31,14 @@ pub const DRIFT_VERSION: u8 = drift::VERSION;
 
 /// Bytes that [`encode_drift`] writes.
 pub const DRIFT_ENCODED: usize = drift::ENCODED;
+
+/// The version that [`encode_magnetometer`] writes: a record of a third kind.
+#[cfg(feature = "magnetometer")]
+pub const MAGNETOMETER_VERSION: u8 = magnetometer::VERSION;
+
+/// Bytes that [`encode_magnetometer`] writes.
+#[cfg(feature = "magnetometer")]
+pub const MAGNETOMETER_ENCODED: usize = magnetometer::ENCODED;
 
 /// A record of the core, with what the core does not need.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +58,30 @@ pub struct DriftRecord {
     pub sensor: Sensor,
     /// In the axes and the unit of the sensor.
     pub drift: TemperatureDrift<f32>,
+}
+
+/// Error of the magnetometer of one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagnetometerRecord {
+    /// Identity of the unit.
+    pub identity: u64,
+    /// In the case frame of the unit, uT.
+    pub magnetometer: MagnetometerModel<f32>,
+    /// Load that its effect of current is of.
+    pub load: Load,
+    /// 1-sigma of M; infinite where it is not known.
+    pub matrix_sigma: Matrix3<f32>,
+    /// 1-sigma of b, uT; infinite where it is not known.
+    pub bias_sigma: Vector3<f32>,
+}
+
+/// Load that disturbs a magnetometer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Load {
+    /// Current of the motors, A.
+    Current,
+    /// Throttle from 0 to 1.
+    Throttle,
 }
 
 /// Why a record cannot be written as bytes.
@@ -75,7 +110,7 @@ pub enum DecodeError {
         /// Their version.
         found: u8,
     },
-    /// They are as written, but of another kind: a drift where an error is asked for, or the other way round.
+    /// They are as written, but of another kind, such as a drift where an error is asked for.
     OtherKind {
         /// Their version.
         found: u8,
@@ -104,6 +139,10 @@ pub enum Field {
     Temperature,
     /// Reference, range or coefficients of a drift.
     Drift,
+    /// Current or throttle.
+    Load,
+    /// Numbers of a magnetometer.
+    Magnetometer,
 }
 
 /// Writes a record at the start of `buffer`; gives the bytes that are the record.
@@ -131,7 +170,7 @@ pub(crate) fn decode_in<T: Real>(bytes: &[u8]) -> Result<StoredRecord<T>, Decode
     let found = frame::version_of(bytes)?;
     match sensor_error::flag_of(found) {
         Some(flag) => sensor_error::read(bytes, flag),
-        None if found == DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
+        None if is_of_another_kind(found) => Err(DecodeError::OtherKind { found }),
         None => Err(DecodeError::UnknownVersion { found }),
     }
 }
@@ -152,15 +191,56 @@ pub fn encode_drift<'b>(record: &DriftRecord, buffer: &'b mut [u8]) -> Result<&'
 pub fn decode_drift(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
     match frame::version_of(bytes)? {
         DRIFT_VERSION => drift::read(bytes),
-        found if sensor_error::flag_of(found).is_some() => Err(DecodeError::OtherKind { found }),
+        found if sensor_error::flag_of(found).is_some() || is_of_another_kind(found) => {
+            Err(DecodeError::OtherKind { found })
+        }
         found => Err(DecodeError::UnknownVersion { found }),
     }
+}
+
+/// Writes the error of a magnetometer at the start of `buffer`; gives the bytes that are it, [`MAGNETOMETER_ENCODED`].
+///
+/// # Errors
+/// [`EncodeError`]; what is in `buffer` then is no record.
+#[cfg(feature = "magnetometer")]
+pub fn encode_magnetometer<'b>(
+    record: &MagnetometerRecord,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], EncodeError> {
+    let length = magnetometer::write(record, buffer)?;
+    buffer.get(..length).ok_or(EncodeError::NoRoom)
+}
+
+/// Reads the error of a magnetometer from the bytes that are it, neither more nor fewer.
+///
+/// # Errors
+/// [`DecodeError`], never another record than was written.
+#[cfg(feature = "magnetometer")]
+pub fn decode_magnetometer(bytes: &[u8]) -> Result<MagnetometerRecord, DecodeError> {
+    match frame::version_of(bytes)? {
+        MAGNETOMETER_VERSION => magnetometer::read(bytes),
+        found if sensor_error::flag_of(found).is_some() || found == DRIFT_VERSION => {
+            Err(DecodeError::OtherKind { found })
+        }
+        found => Err(DecodeError::UnknownVersion { found }),
+    }
+}
+
+/// Tests whether a version is known, and not that of the error of a sensor.
+fn is_of_another_kind(version: u8) -> bool {
+    #[cfg(feature = "magnetometer")]
+    if version == MAGNETOMETER_VERSION {
+        return true;
+    }
+    version == DRIFT_VERSION
 }
 
 /// Returns the length of a record of any kind and version from its first bytes; `None` where they have no meaning here.
 pub fn length(bytes: &[u8]) -> Option<usize> {
     match frame::version_in(bytes)? {
         DRIFT_VERSION => Some(DRIFT_ENCODED),
+        #[cfg(feature = "magnetometer")]
+        MAGNETOMETER_VERSION => Some(MAGNETOMETER_ENCODED),
         version => sensor_error::length(bytes, sensor_error::flag_of(version)?),
     }
 }
@@ -174,6 +254,8 @@ impl Field {
             Self::Numbers(part) => part.name(),
             Self::Temperature => "temperature",
             Self::Drift => "drift",
+            Self::Load => "load",
+            Self::Magnetometer => "magnetometer",
         }
     }
 }

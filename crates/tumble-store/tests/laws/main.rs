@@ -7,6 +7,7 @@ mod drift_record;
 mod ecc;
 mod flash;
 mod layout;
+mod magnetometer_record;
 mod marginal;
 mod older_versions;
 mod power_cut;

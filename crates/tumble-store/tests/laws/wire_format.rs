@@ -255,7 +255,7 @@ proptest! {
 
 #[test]
 fn what_is_no_record_has_no_length() {
-    for bytes in [&b""[..], b"TR", b"TR\x00", b"TR\x02", b"RT\x03", b"TR\x04"] {
+    for bytes in [&b""[..], b"TR", b"TR\x00", b"TR\x02", b"RT\x03", b"TR\x05"] {
         assert_eq!(length(bytes), None, "{bytes:?}");
     }
     let flag = 162;

@@ -13,7 +13,7 @@ use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
-use tumble_store::record::{DRIFT_VERSION, DriftRecord, StoredRecord, VERSION};
+use tumble_store::record::{DRIFT_VERSION, DriftRecord, MAGNETOMETER_VERSION, StoredRecord, VERSION};
 
 /// The example of `docs/record-format.md`.
 pub fn example() -> StoredRecord {
@@ -54,11 +54,9 @@ pub fn example() -> StoredRecord {
 }
 
 /// A version that no record has yet.
-pub const NEWER: u8 = if VERSION > DRIFT_VERSION {
-    VERSION
-} else {
-    DRIFT_VERSION
-} + 1;
+pub const NEWER: u8 = MAGNETOMETER_VERSION + 1;
+
+const _: () = assert!(NEWER > VERSION && NEWER > DRIFT_VERSION);
 
 /// The same record as a version has it that lacks the newer parts.
 pub fn as_of(version: u8, mut stored: StoredRecord) -> StoredRecord {
