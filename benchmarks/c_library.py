@@ -29,7 +29,16 @@ STACK = CAPI / "tests" / "device" / "stack.c"
 CORTEX_M4F = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 COMPILER = ("arm-none-eabi-gcc", "-std=c99", *CORTEX_M4F, f"-I{CAPI / 'include'}", f"-I{BARE}", "-Os")
 LINK = ("-Wl,--gc-sections", "-nostartfiles", "-Wl,-z,noexecstack")
-PARTS = ("spin", "redundancy", "records", "temperature", "calibration", "aiding", "settings_check")
+PARTS = (
+    "spin",
+    "redundancy",
+    "records",
+    "temperature",
+    "magnetometer",
+    "calibration",
+    "aiding",
+    "settings_check",
+)
 """Features of the crate that may be left out, as in its Cargo.toml."""
 
 STACK_GOAL = 4096
@@ -44,6 +53,7 @@ COMBINATIONS: dict[str, tuple[str, ...]] = {
     "spin": ("spin",),
     "records": ("records",),
     "records, temperature": ("records", "temperature"),
+    "records, magnetometer": ("records", "magnetometer"),
     "watch, fail over, calibrate in flight, records": ("redundancy", "calibration", "records"),
     "all": PARTS,
 }

@@ -39,7 +39,7 @@
 
 /* Parts that the library was built without are named by macros: TUMBLE_WITHOUT_SPIN, TUMBLE_WITHOUT_REDUNDANCY,
  * TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK, TUMBLE_WITHOUT_RECORDS,
- * TUMBLE_WITHOUT_TEMPERATURE. Their calls are declared all the same; they do not link. */
+ * TUMBLE_WITHOUT_TEMPERATURE, TUMBLE_WITHOUT_MAGNETOMETER. Their calls are declared all the same; they do not link. */
 
 /* Words in the storage of a monitor for a calibration under way, and for aiding measurements. */
 #ifdef TUMBLE_WITHOUT_CALIBRATION
@@ -56,6 +56,11 @@
 #if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8
 #error "TUMBLE_UNITS is 2 to 8"
 #endif
+
+/**
+ * Bytes of the encoded error of a magnetometer.
+ */
+#define TUMBLE_MAGNETOMETER_BYTES 125
 
 /**
  * Most bytes of an encoded record.
@@ -1141,6 +1146,80 @@ typedef uint32_t tumble_which;
 #endif // __cplusplus
 
 /**
+ * Correction that inverts the errors of a magnetometer, `u = C (y - b - c I)` with `C = M^-1`. It is plain data: it may be
+ * copied, and lie in read-only memory.
+ */
+typedef struct tumble_magnetometer_correction {
+    /**
+     * C, row by row: from the sensing axes to the case frame.
+     */
+    float matrix[3][3];
+    /**
+     * b, uT.
+     */
+    float bias[3];
+    /**
+     * c, uT per A, or uT at full throttle.
+     */
+    float current[3];
+} tumble_magnetometer_correction;
+
+/**
+ * Error model of one triad, `y = M u + b`: `y` is the reading of the sensor where the truth is `u`.
+ */
+typedef struct tumble_error_model {
+    /**
+     * M, row by row: scale, non-orthogonality and mounting together, from the case frame to the sensing axes; no unit.
+     */
+    float matrix[3][3];
+    /**
+     * b, m/s^2 or rad/s.
+     */
+    float bias[3];
+} tumble_error_model;
+
+/**
+ * Errors of a magnetometer, `y = M u + b + c I`: `u` is the field in the case frame of the unit, uT, and I the current
+ * through the motors, or the throttle that it follows.
+ */
+typedef struct tumble_magnetometer {
+    /**
+     * M, which holds soft iron too, and b, hard iron, uT.
+     */
+    struct tumble_error_model error;
+    /**
+     * c, uT per A, or uT at full throttle; zero where it is not known.
+     */
+    float current[3];
+} tumble_magnetometer;
+
+/**
+ * Error of the magnetometer of one unit, in its stored form.
+ */
+typedef struct tumble_magnetometer_record {
+    /**
+     * Identity of the unit.
+     */
+    uint64_t identity;
+    /**
+     * Its errors.
+     */
+    struct tumble_magnetometer magnetometer;
+    /**
+     * 1-sigma of M, row by row; infinite where it is not known.
+     */
+    float matrix_sigma[3][3];
+    /**
+     * 1-sigma of b, uT; infinite where it is not known.
+     */
+    float bias_sigma[3];
+    /**
+     * True where `current` is that of a throttle from 0 to 1, false where it is per A.
+     */
+    bool of_throttle;
+} tumble_magnetometer_record;
+
+/**
  * Correction that inverts an error model, `u = C (y - b)` with `C = M^-1`.
  */
 typedef struct tumble_triad_correction {
@@ -1167,20 +1246,6 @@ typedef struct tumble_correction {
      */
     struct tumble_triad_correction gyroscope;
 } tumble_correction;
-
-/**
- * Error model of one triad, `y = M u + b`: `y` is the reading of the sensor where the truth is `u`.
- */
-typedef struct tumble_error_model {
-    /**
-     * M, row by row: scale, non-orthogonality and mounting together, from the case frame to the sensing axes; no unit.
-     */
-    float matrix[3][3];
-    /**
-     * b, m/s^2 or rad/s.
-     */
-    float bias[3];
-} tumble_error_model;
 
 /**
  * Calibration of one unit.
@@ -2312,6 +2377,44 @@ typedef struct tumble_drift_record {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Computes what undoes the errors of a magnetometer.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
+ */
+tumble_status tumble_magnetometer_correction_init(struct tumble_magnetometer_correction *correction,
+                                                  const struct tumble_magnetometer *magnetometer);
+
+/**
+ * Corrects a reading of the magnetometer, uT, at a current, A, or a throttle from 0 to 1; its effect stays where it is NaN.
+ * `reading` and `field` may be the same.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE if the reading or what the correction makes of it is not.
+ *
+ */
+tumble_status tumble_magnetometer_correction_apply(const struct tumble_magnetometer_correction *correction,
+                                                   const float reading[3],
+                                                   float current,
+                                                   float field[3]);
+
+/**
+ * Writes the error of a magnetometer at the start of the `size` bytes at `bytes`, ::TUMBLE_MAGNETOMETER_BYTES of them.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NO_ROOM; ::TUMBLE_ERROR_NOT_FINITE of the numbers, and NaN of sigmas.
+ */
+tumble_status tumble_magnetometer_encode(const struct tumble_magnetometer_record *record,
+                                         uint8_t *bytes,
+                                         size_t size);
+
+/**
+ * Reads the error of a magnetometer from the `length` bytes that are it, neither more nor fewer.
+ *
+ * Errors: as of tumble_record_decode(); ::TUMBLE_ERROR_NOT_A_RECORD if they are a record of another kind.
+ */
+tumble_status tumble_magnetometer_decode(const uint8_t *bytes,
+                                         size_t length,
+                                         struct tumble_magnetometer_record *record);
 
 /**
  * Computes what undoes a calibration.

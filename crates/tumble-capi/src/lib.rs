@@ -1,7 +1,7 @@
 //! Tumble for firmware in C and C++. The header `include/tumble.h` is made of this crate.
 //!
 //! 1. [`status`]: how a call went; [`version`]: whether header and library belong together; `pointer` and `code` take what C hands over, and trust none of it;
-//! 2. [`model`]: samples, the error model, readings corrected; [`temperature`]: what warmth did to them;
+//! 2. [`model`]: samples, the error model, readings corrected; [`temperature`]: what warmth did to them; [`magnetometer`]: the third triad;
 //! 3. [`spin`]: a robot that stands still and turns on the spot;
 //! 4. [`redundancy`]: a primary and its secondaries;
 //! 5. [`record`], [`flash`] and [`store`]: what outlasts a reset.
@@ -17,7 +17,8 @@
         feature = "aiding",
         feature = "settings_check",
         feature = "records",
-        feature = "temperature"
+        feature = "temperature",
+        feature = "magnetometer"
     )),
     allow(dead_code, unused_imports)
 )]
@@ -29,6 +30,8 @@ pub mod flash;
 mod freestanding;
 #[cfg(feature = "spin")]
 pub mod grade;
+#[cfg(feature = "magnetometer")]
+pub mod magnetometer;
 pub mod model;
 mod pointer;
 pub mod record;

@@ -37,7 +37,7 @@ TARGETS = [
 # Parts of the library that may be left out, as options of CMake and of Kconfig end.
 OF_A_SET = ("CALIBRATION", "AIDING", "SETTINGS_CHECK")
 """Those of a redundant set, which are left out with it."""
-PARTS = ("SPIN", "REDUNDANCY", *OF_A_SET, "RECORDS", "TEMPERATURE")
+PARTS = ("SPIN", "REDUNDANCY", *OF_A_SET, "RECORDS", "TEMPERATURE", "MAGNETOMETER")
 
 WITHOUT_SETS = "no redundant sets: it was done\n"
 """Output of the consumer where it is built without redundant sets."""

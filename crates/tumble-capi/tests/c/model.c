@@ -1,6 +1,8 @@
 /* Readings corrected, and error models taken apart. */
 
 #include <math.h>
+#include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "laws.h"
@@ -116,6 +118,97 @@ static void a_failed_thermometer_counts_as_the_reference(void)
     CHECK(found[1] == 2.0F);
 }
 
+static tumble_magnetometer_record magnetometer_of(const cJSON *a_case)
+{
+    tumble_magnetometer_record record;
+    memset(&record, 0, sizeof record);
+    record.identity = (uint64_t)number(a_case, "identity");
+    matrix(a_case, "M", record.magnetometer.error.matrix);
+    vector(a_case, "b", record.magnetometer.error.bias);
+    vector(a_case, "current", record.magnetometer.current);
+    matrix(a_case, "M_sigma", record.matrix_sigma);
+    vector(a_case, "b_sigma", record.bias_sigma);
+    record.of_throttle = strcmp(member(a_case, "current_unit")->valuestring, "1") == 0;
+    return record;
+}
+
+static void magnetometers_agree_with_their_vectors(void)
+{
+    cJSON *file = vectors_read("magnetometer");
+    const cJSON *cases = member(file, "cases");
+    CHECK(cJSON_GetArraySize(cases) > 0);
+    for (int i = 0; i < cJSON_GetArraySize(cases); ++i) {
+        const cJSON *a_case = element(cases, i);
+        const tumble_magnetometer_record record = magnetometer_of(a_case);
+        tumble_magnetometer_correction correction;
+        ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_init(&correction, &record.magnetometer));
+        float reading[3];
+        float field[3];
+        vector(a_case, "y", reading);
+        const float load = (float)number(a_case, "load");
+        ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_apply(&correction, reading, load, field));
+        agrees(file, a_case, "field", 1, field);
+        ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_apply(&correction, reading, load, reading));
+        CHECK(memcmp(reading, field, sizeof field) == 0);
+
+        uint8_t bytes[TUMBLE_MAGNETOMETER_BYTES];
+        char text[2 * sizeof bytes + 1];
+        ANSWERS(TUMBLE_OK, tumble_magnetometer_encode(&record, bytes, sizeof bytes));
+        for (size_t byte = 0; byte < sizeof bytes; ++byte) {
+            snprintf(&text[2 * byte], 3, "%02x", bytes[byte]);
+        }
+        CHECK(strcmp(text, member(a_case, "record")->valuestring) == 0);
+        tumble_magnetometer_record found;
+        ANSWERS(TUMBLE_OK, tumble_magnetometer_decode(bytes, sizeof bytes, &found));
+        CHECK(memcmp(&found, &record, offsetof(tumble_magnetometer_record, of_throttle)) == 0);
+        CHECK(found.of_throttle == record.of_throttle);
+    }
+    cJSON_Delete(file);
+}
+
+static const tumble_magnetometer_record some_compass = {
+    7,
+    {{{{1.25F, 0.0F, 0.0F}, {0.5F, 1.0F, 0.0F}, {0.0F, 0.0F, 0.5F}}, {12.0F, -36.0F, 4.5F}}, {0.5F, -0.25F, 2.0F}},
+    {{0.5F, 0.5F, 0.5F}, {0.5F, 0.5F, 0.5F}, {0.5F, 0.5F, INFINITY}},
+    {0.25F, 0.25F, INFINITY},
+    true};
+
+static void a_magnetometer_without_a_known_current_keeps_its_effect(void)
+{
+    const float reading[3] = {20.0F, -8.0F, 40.0F};
+    const float spoilt[3] = {20.0F, NAN, 40.0F};
+    float unknown[3];
+    float none[3];
+    tumble_magnetometer_correction correction;
+    ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_init(&correction, &some_compass.magnetometer));
+    ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_apply(&correction, reading, NAN, unknown));
+    ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_apply(&correction, reading, 0.0F, none));
+    CHECK(memcmp(unknown, none, sizeof none) == 0);
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_magnetometer_correction_apply(&correction, spoilt, 0.0F, none));
+
+    tumble_magnetometer flat = some_compass.magnetometer;
+    memset(flat.error.matrix, 0, sizeof flat.error.matrix);
+    ANSWERS(TUMBLE_ERROR_SINGULAR, tumble_magnetometer_correction_init(&correction, &flat));
+    flat = some_compass.magnetometer;
+    flat.current[2] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_magnetometer_correction_init(&correction, &flat));
+}
+
+static void bytes_that_are_no_magnetometer_are_refused(void)
+{
+    uint8_t bytes[TUMBLE_MAGNETOMETER_BYTES];
+    tumble_magnetometer_record found;
+    tumble_drift_record drift;
+    tumble_record record;
+    ANSWERS(TUMBLE_ERROR_NO_ROOM, tumble_magnetometer_encode(&some_compass, bytes, sizeof bytes - 1));
+    ANSWERS(TUMBLE_OK, tumble_magnetometer_encode(&some_compass, bytes, sizeof bytes));
+    ANSWERS(TUMBLE_ERROR_CORRUPT, tumble_drift_decode(bytes, sizeof bytes, &drift));
+    ANSWERS(TUMBLE_ERROR_NOT_A_RECORD, tumble_record_decode(bytes, sizeof bytes, &record));
+    ANSWERS(TUMBLE_ERROR_CORRUPT, tumble_magnetometer_decode(bytes, sizeof bytes - 1, &found));
+    bytes[40] ^= 1;
+    ANSWERS(TUMBLE_ERROR_CORRUPT, tumble_magnetometer_decode(bytes, sizeof bytes, &found));
+}
+
 /* A unit whose accelerometer and gyroscope err differently. */
 static tumble_correction some_correction(void)
 {
@@ -179,6 +272,9 @@ const law model_laws[] = {
     {"the error model agrees with its vectors", agrees_with_the_vectors},
     {"what temperature does agrees with its vectors to the bit", temperature_agrees_with_its_vectors_to_the_bit},
     {"a thermometer that failed counts as the reference", a_failed_thermometer_counts_as_the_reference},
+    {"magnetometers agree with their vectors, and their bytes to the bit", magnetometers_agree_with_their_vectors},
+    {"a magnetometer whose current is not known keeps its effect", a_magnetometer_without_a_known_current_keeps_its_effect},
+    {"bytes that are no magnetometer are refused", bytes_that_are_no_magnetometer_are_refused},
     {"a sample may be corrected in place", may_be_corrected_in_place},
     {"a sample that is not finite is refused and leaves the result alone",
      not_finite_is_refused_and_leaves_the_place_alone},

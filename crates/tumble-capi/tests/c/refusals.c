@@ -52,7 +52,20 @@ static void null_is_refused_everywhere(void)
     float three[3] = {0.0F, 0.0F, 0.0F};
     tumble_drift_record drift = {1, TUMBLE_SENSOR_GYROSCOPE, {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}}};
 
+    tumble_magnetometer_record compass = {1, {model, {0.0F, 0.0F, 0.0F}}, {{0.0F}}, {0.0F}, false};
+    tumble_magnetometer_correction field;
+    ANSWERS(TUMBLE_OK, tumble_magnetometer_correction_init(&field, &compass.magnetometer));
+
     const tumble_status answers[] = {
+        tumble_magnetometer_correction_init(NULL, &compass.magnetometer),
+        tumble_magnetometer_correction_init(&field, NULL),
+        tumble_magnetometer_correction_apply(NULL, three, 0.0F, three),
+        tumble_magnetometer_correction_apply(&field, NULL, 0.0F, three),
+        tumble_magnetometer_correction_apply(&field, three, 0.0F, NULL),
+        tumble_magnetometer_encode(NULL, bytes, sizeof bytes),
+        tumble_magnetometer_encode(&compass, NULL, sizeof bytes),
+        tumble_magnetometer_decode(NULL, TUMBLE_MAGNETOMETER_BYTES, &compass),
+        tumble_magnetometer_decode(bytes, TUMBLE_MAGNETOMETER_BYTES, NULL),
         tumble_correction_init(NULL, &calibration),
         tumble_correction_init(&correction, NULL),
         tumble_correction_from_records(NULL, &record, &record),

@@ -43,6 +43,21 @@ static void warm(void)
 }
 #endif
 
+#ifndef TUMBLE_WITHOUT_MAGNETOMETER
+static void point_north(void)
+{
+    tumble_magnetometer_record unit = {1, {calibration.gyroscope, {0.1F, 0.2F, 0.3F}}, {{0.0F}}, {0.0F}, false};
+    tumble_magnetometer_correction correction;
+    answers += tumble_magnetometer_correction_init(&correction, &unit.magnetometer);
+    answers += tumble_magnetometer_correction_apply(&correction, sample.angular_rate, 5.0F, sample.angular_rate);
+#ifndef TUMBLE_WITHOUT_RECORDS
+    uint8_t bytes[TUMBLE_MAGNETOMETER_BYTES];
+    answers += tumble_magnetometer_encode(&unit, bytes, sizeof bytes);
+    answers += tumble_magnetometer_decode(bytes, sizeof bytes, &unit);
+#endif
+}
+#endif
+
 #ifndef TUMBLE_WITHOUT_SPIN
 static tumble_spin spin;
 
@@ -150,6 +165,9 @@ int main(void)
     take_apart();
 #ifndef TUMBLE_WITHOUT_TEMPERATURE
     warm();
+#endif
+#ifndef TUMBLE_WITHOUT_MAGNETOMETER
+    point_north();
 #endif
 #ifndef TUMBLE_WITHOUT_SPIN
     turn();
