@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exchange_units import calibration
+from exchange_units import calibration, with_current
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.units import TRIADS
@@ -39,6 +39,23 @@ def test_sigmas_temperature_and_identity_outlast_a_record(tmp_path, form):
     force, rate = np.random.default_rng(1).normal(size=(2, 20, 3))
     for ours, theirs in zip(unit.correct(force, rate, 50.0), found.correct(force, rate, 50.0), strict=True):
         assert np.abs(ours - theirs).max() < 1e-5
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("current_unit", ["A", "1"])
+def test_a_magnetometer_outlasts_a_record(tmp_path, form, current_unit):
+    content = with_current(4, current_unit).content()
+    sigma = np.array([1e-3] * 11 + [np.nan])
+    content["magnetometer"]["covariance"] = np.diag(sigma**2)
+    unit = Calibration.model_validate(content)
+    exported = export(unit, form, IDENTITY)
+    assert exported.losses == ()
+    (tmp_path / "unit").write_bytes(exported.content)
+    (found,) = import_calibrations(tmp_path / "unit")
+    assert found.magnetometer.current_unit == current_unit
+    assert np.sqrt(np.diag(found.magnetometer.covariance))[:11] == pytest.approx(1e-3)
+    field = 50.0 * np.random.default_rng(1).normal(size=(20, 3))
+    assert np.abs(unit.correct_magnetic(field, 7.0) - found.correct_magnetic(field, 7.0)).max() < 1e-4
 
 
 @pytest.mark.parametrize("place", [0, 2, 5, 40, 165, 300, -1])

@@ -69,6 +69,23 @@ def test_readings_at_the_reference_temperature_match_the_vectors():
         np.testing.assert_allclose(found, case["at_reference"], rtol=0, atol=tolerance["at_reference"])
 
 
+def test_records_of_magnetometers_are_those_of_the_vectors():
+    for case in vectors("magnetometer")[0]:
+        record = {
+            "identity": case["identity"],
+            "sensor": "magnetometer",
+            "matrix": case["M"],
+            "bias": case["b"],
+            "current": case["current"],
+            "current_unit": case["current_unit"],
+            "matrix_sigma": case["M_sigma"],
+            "bias_sigma": case["b_sigma"],
+        }
+        content = bytes.fromhex(case["record"])
+        assert _core.encode_record(record) == content
+        assert _core.decode_record(content) == record
+
+
 def test_normal_gravity_agrees_with_its_vectors():
     cases, tolerance = vectors("gravity")
     for case in cases:

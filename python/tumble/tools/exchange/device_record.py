@@ -1,7 +1,8 @@
 """Records as devices keep them in flash (docs/record-format.md), written and read by the core's own code.
 
-A record is about one sensor of a unit: its error, `y = M u + b`, or what temperature does to it. That of a
-unit against the truth is stored as that of a primary is, whose case frame its M leads from.
+A record is about one sensor of a unit: its error, `y = M u + b`, or what temperature does to it; for a
+magnetometer, its error with the effect of current. That of a unit against the truth is stored as that of a
+primary is, whose case frame its M leads from.
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, TriadCalibration
+from tumble.calibration.document import Calibration, MagnetometerCalibration, TriadCalibration
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.files import FileKind
-from tumble.foundation.units import TRIADS, UNITS
+from tumble.foundation.units import CALIBRATED_UNITS, TRIADS
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, Part
 from tumble.tools.exchange.target import (
     AS_CALIBRATED,
@@ -81,19 +82,41 @@ def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterato
                 yield f"{triad}_drift", _core.encode_record(subject | {_DRIFT: drift.content()})
         except _core.CoreError as error:
             raise ProcedureError(f"{calibration.name}: {triad}: {error}") from None
+    if calibration.magnetometer is None:
+        return
+    record = {"identity": identity, "sensor": "magnetometer", **_magnetometer(calibration.magnetometer)}
+    try:
+        yield "magnetometer", _core.encode_record(record)
+    except _core.CoreError as error:
+        raise ProcedureError(f"{calibration.name}: magnetometer: {error}") from None
 
 
-def _error(section: TriadCalibration) -> dict[str, Any]:
-    """Returns the error of a section, which was fitted to no pairs with a primary, as a record has it."""
+def _model(section: TriadCalibration) -> dict[str, Any]:
+    """Returns M and b of a section, with their sigmas, as a record has them."""
     stated = section.total_covariance
     sigma = np.full(12, np.inf) if stated is None else np.sqrt(np.diag(stated))
     sigma[np.isnan(sigma)] = np.inf
-    has_matrix = not np.array_equal(section.M, np.eye(3))
     return {
         "matrix": np.ascontiguousarray(section.M),
         "bias": section.b,
         "matrix_sigma": sigma[:9].reshape(3, 3),
         "bias_sigma": sigma[9:],
+    }
+
+
+def _magnetometer(section: MagnetometerCalibration) -> dict[str, Any]:
+    """Returns a magnetometer as a record has it."""
+    current = np.zeros(3) if section.current is None else section.current
+    numbers = _model(section) | {"current": current}
+    return {name: values.tolist() for name, values in numbers.items()} | {
+        "current_unit": section.current_unit
+    }
+
+
+def _error(section: TriadCalibration) -> dict[str, Any]:
+    """Returns the error of a section, which was fitted to no pairs with a primary, as a record has it."""
+    has_matrix = not np.array_equal(section.M, np.eye(3))
+    return _model(section) | {
         "fit_model": "affine" if has_matrix else "offset",
         "directions": 3 if has_matrix else 0,
         "pairs": 0,
@@ -143,7 +166,9 @@ def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
             found = _core.decode_record(record)
             identity, triad = found["identity"], found["sensor"]
             unit = units.setdefault(identity, {"name": f"unit-{identity}", "serial": str(identity)})
-            section = unit.setdefault(triad, {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3)})
+            section = unit.setdefault(
+                triad, {"unit": CALIBRATED_UNITS[triad], "M": np.eye(3), "b": np.zeros(3)}
+            )
             section |= {_DRIFT: found[_DRIFT]} if _DRIFT in found else _section(found)
             if (held_at := found.get("temperature")) is not None:
                 unit["temperature"] = dict.fromkeys(("low", "mean", "high"), held_at)
@@ -154,8 +179,10 @@ def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
 
 def _section(error: dict[str, Any]) -> dict[str, Any]:
     """Returns the section of a calibration file for the error in a record."""
-    sigma = np.concatenate([error["matrix_sigma"].ravel(), error["bias_sigma"]])
-    section = {"M": error["matrix"], "b": error["bias"]}
+    sigma = np.concatenate([np.ravel(error["matrix_sigma"]), error["bias_sigma"]])
+    section: dict[str, Any] = {"M": error["matrix"], "b": error["bias"]}
+    if any(error.get("current", ())):
+        section |= {"current": error["current"], "current_unit": error["current_unit"]}
     if np.isfinite(sigma).any():
         # A record keeps no covariance between its numbers.
         section["covariance"] = np.diag(np.where(np.isfinite(sigma), sigma, np.nan) ** 2)
@@ -175,16 +202,16 @@ def _form(
         write=write,
         read=read,
         own_settings=(identity, *further),
-        holds=dict.fromkeys(TRIADS, _HELD),
+        holds={**dict.fromkeys(TRIADS, _HELD), "magnetometer": (*BIAS, *MATRIX)},
         source="docs/record-format.md",
         axes=AS_CALIBRATED,
         encoding=BYTES,
     )
 
 
-RECORD = _form("record", "bytes", ".bin", rb"\ATR[\x01-\x03]", write_bytes, read_bytes)
+RECORD = _form("record", "bytes", ".bin", rb"\ATR[\x01-\x04]", write_bytes, read_bytes)
 RECORD_HEXADECIMAL = _form(
-    "record-hex", "hexadecimal", ".hex", rb"\A54520[1-3]", write_hexadecimal, read_hexadecimal
+    "record-hex", "hexadecimal", ".hex", rb"\A54520[1-4]", write_hexadecimal, read_hexadecimal
 )
 RECORD_C = _form(
     "record-c",
