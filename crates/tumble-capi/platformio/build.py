@@ -38,7 +38,16 @@ PROCESSORS = {
 WITHOUT_FLOATS = ("cortex-m0", "cortex-m0plus", "cortex-m3")
 
 # The same names are in Cargo.toml and cmake/TumbleRust.cmake.
-PARTS = ("spin", "redundancy", "calibration", "aiding", "settings_check", "records", "temperature", "magnetometer")
+PARTS = (
+    "spin",
+    "redundancy",
+    "calibration",
+    "aiding",
+    "settings_check",
+    "records",
+    "temperature",
+    "magnetometer",
+)
 
 
 def fail(message: str) -> NoReturn:
