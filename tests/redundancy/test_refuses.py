@@ -253,7 +253,7 @@ def test_a_primary_calibration_that_is_none_is_refused(log, out, tmp_path):
     path = tmp_path / "own.yaml"
     path.write_text("schema: tumble-calibration/1\nname: imu1\n")
     line = refusal(log, *units(["imu1", "imu2"]), "--calibration", path, "-o", out)
-    assert line.startswith(f"{path}: line 1: has neither an accelerometer nor a gyroscope section")
+    assert line.startswith(f"{path}: line 1: has no accelerometer, gyroscope or magnetometer section")
 
 
 def test_an_output_folder_that_cannot_be_written_to_is_refused(log, tmp_path):

@@ -18,7 +18,7 @@ WITHOUT_LOG = ("compare",)
 
 def test_no_page_shows_a_stamp_as_logged(shown):
     pages = {name: page for each in shown.values() for name, page in each.pages.items()}
-    assert len(pages) == 10
+    assert len(pages) == 11
     for name, page in pages.items():
         assert not STAMP.search(page), name
 

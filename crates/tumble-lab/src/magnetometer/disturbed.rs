@@ -32,7 +32,7 @@ pub(super) fn most_disturbed(chances: &[f64], used: &[usize], layout: FieldUnkno
 }
 
 /// The rest without which the others agree, where all disagree beyond chance and none stands out: one that is far off bends the
-/// fit until all are (docs/theory/magnetometer.md, eq. 12).
+/// fit until all are (docs/theory/magnetometer.md, eq. 9).
 pub(super) fn masked(
     all: &Constancy<'_>,
     residuals: &[FieldResidual],
@@ -58,7 +58,7 @@ pub(super) fn masked(
     #[allow(clippy::cast_precision_loss)]
     let (components, left, count) = (all.layout.components() as f64, left as f64, used.len() as f64);
     let ratio = (whole - least).max(0.0) / components / (least / left).max(f64::MIN_POSITIVE);
-    Ok((count * f_tail(ratio, components, left) < FALSE_ALARM).then_some(best)) // eq. 12
+    Ok((count * f_tail(ratio, components, left) < FALSE_ALARM).then_some(best)) // eq. 9
 }
 
 /// Sum of the squares of the whitened residuals of some readings, all of weight one.

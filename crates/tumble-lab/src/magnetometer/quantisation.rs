@@ -16,11 +16,11 @@ pub(super) fn step_of(readings: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Variance of a mean of readings in steps, whose noise has this variance: noise of half a step averages it away
-/// (Widrow and Kollár 2008, ch. 5; docs/theory/magnetometer.md, eq. 9).
+/// (Widrow and Kollár 2008, ch. 5; docs/theory/magnetometer.md, eq. 10).
 pub(super) fn variance_of_steps(step: f64, noise: f64) -> f64 {
     if step == 0.0 {
         return 0.0;
     }
     let turns = 2.0 * std::f64::consts::PI / step;
-    step * step / 12.0 * (-turns * turns * noise).exp() // eq. 9
+    step * step / 12.0 * (-turns * turns * noise).exp() // eq. 10
 }

@@ -94,11 +94,11 @@ struct AxisNoise {
 }
 
 impl AxisNoise {
-    /// Variance of a mean (docs/theory/magnetometer.md, eq. 9).
+    /// Variance of a mean (docs/theory/magnetometer.md, eq. 10).
     fn variance_of_mean(&self, samples: usize) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let white = self.white / samples as f64;
-        (white + variance_of_steps(self.step, self.sample)).max(f64::MIN_POSITIVE) // eq. 9
+        (white + variance_of_steps(self.step, self.sample)).max(f64::MIN_POSITIVE) // eq. 10
     }
 }
 

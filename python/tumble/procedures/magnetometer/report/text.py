@@ -66,8 +66,11 @@ def next_sentences(result: MagnetometerResult) -> Iterator[str]:
     if found is not None:
         gain = f"{significant(100.0 * found.before, 2)} % to {significant(100.0 * found.after, 2)} %"
         how = "turn it" if found.up is None else f"{orientation_words(found.up)}, turned"
-        where = f"so that the field points along {axis_words(found.field)}"
-        yield f"Next: {how} {where}; lowers the largest sigma, of {found.parameter}, from {gain}"
+        axis = axis_words(found.field)
+        yield (
+            f"Next: {how} so that the field points along {axis}; lowers the largest sigma, of "
+            f"{found.parameter}, from {gain}"
+        )
 
 
 def _field(value: float) -> str:
