@@ -82,6 +82,10 @@ class StampGate:
     _behind: float = np.nan
     """s, the first of successive stamps behind the newest."""
 
+    def believe_pauses(self) -> None:
+        """Accepts stamps however far ahead, as those of this computer's own clock are."""
+        self._stall = np.inf
+
     def believes_all(self, time: FloatArray) -> bool:
         """Returns whether (n,) stamps, s, continue evenly, as most do, and accepts them if so."""
         newest = self.newest

@@ -117,7 +117,11 @@ class Conditioner:
         self._head.append(Readings(_with_numbers(samples), readings.moving, magnetic))
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
-        head, self._head = self._without_stray_stamps(joined(self._head)), []
+        head, self._head = joined(self._head), []
+        if facts.has_time or self._counting_clock is not None:
+            head = self._without_stray_stamps(head)
+        else:
+            self._gate.believe_pauses()
         self._facts = facts
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
         return self._ordered(Readings(self._conversion(head.samples), head.moving, head.magnetic), arrival)
