@@ -113,6 +113,7 @@ class HostClock:
         """Stamp and arrival, s, that the line counts from: differences of large numbers stay exact."""
         self._newest = -math.inf
         self._late_since: float | None = None
+        self._is_set_back = False
         self._given: tuple[float, float] | None = None
         """Stamp and host time, s, of the last sample, stamps counted as the line counts them."""
         self._last_arrival: float | None = None
@@ -181,6 +182,8 @@ class HostClock:
         before = self.sigma
         arrivals = arrival.tolist() if isinstance(arrival, np.ndarray) else [arrival] * len(times)
         self._watch_steps(times, arrivals)
+        # The last of those that came together may be later again than the last before them.
+        self._is_set_back = self._first is not None and times[0] - self._first[0] <= self._newest
         if isinstance(arrival, np.ndarray):
             for place in _last_of_each(arrival):
                 self._take(times[place], arrivals[place])
@@ -240,7 +243,8 @@ class HostClock:
 
         Stamps that go on evenly are those of a clock that was not set, however much sooner they come.
         """
-        if since < self._newest:
+        if since < self._newest or self._is_set_back:
+            self._is_set_back = False
             return True
         if beyond < -SET_FORWARD and arrival - self._set_forward_at <= LEAP_ARRIVALS:
             return True
