@@ -41,12 +41,14 @@ def domain(monkeypatch):
 @contextmanager
 def publisher(topic, *, samples=SAMPLES, reliability="reliable", more=()):
     words = [ros2_publisher.__file__, topic, str(samples), str(RATE), reliability, *more]
-    process = subprocess.Popen([sys.executable, *words])
+    process = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE)
     try:
+        # A busy computer takes longer to start it than a source looks for topics.
+        assert process.stdout.readline() == b"there\n"
         yield process
     finally:
         process.kill()
-        process.wait()
+        process.communicate()
 
 
 def heard(source, count):

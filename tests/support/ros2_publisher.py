@@ -87,6 +87,7 @@ def main():
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     qos = Qos(policy, Policy.History.KeepLast(1000))
     writer = DataWriter(participant, Topic(participant, f"rt{topic}", Message), qos=qos)
+    print("there", flush=True)
     until = time.monotonic() + 30.0
     while not writer.get_matched_subscriptions() and time.monotonic() < until:
         time.sleep(0.01)
