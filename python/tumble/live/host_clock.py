@@ -113,7 +113,6 @@ class HostClock:
         """Stamp and arrival, s, that the line counts from: differences of large numbers stay exact."""
         self._newest = -math.inf
         self._late_since: float | None = None
-        self._is_set_back = False
         self._given: tuple[float, float] | None = None
         """Stamp and host time, s, of the last sample, stamps counted as the line counts them."""
         self._last_arrival: float | None = None
@@ -182,13 +181,13 @@ class HostClock:
         before = self.sigma
         arrivals = arrival.tolist() if isinstance(arrival, np.ndarray) else [arrival] * len(times)
         self._watch_steps(times, arrivals)
-        # The last of those that came together may be later again than the last before them.
-        self._is_set_back = self._first is not None and times[0] - self._first[0] <= self._newest
         if isinstance(arrival, np.ndarray):
+            begin = 0
             for place in _last_of_each(arrival):
-                self._take(times[place], arrivals[place])
+                self._take(times[begin], times[place], arrivals[place])
+                begin = place + 1
         else:
-            self._take(times[-1], arrival)
+            self._take(times[0], times[-1], arrival)
         assert self._first is not None, "a sample was taken in"
         first_stamp, first_arrival = self._first
         pace, origin = 1.0 + self._line.skew, first_arrival + self._line.at(0.0)
@@ -214,8 +213,11 @@ class HostClock:
                 self._step = step
             self._stamp, self._arrival = stamp, arrival
 
-    def _take(self, stamp: float, arrival: float) -> None:
-        """Adds the last of the samples that arrived together: those before it had to wait for it."""
+    def _take(self, earliest: float, stamp: float, arrival: float) -> None:
+        """Adds the last of the samples that arrived together: those before it had to wait for it.
+
+        `earliest` is the stamp of the first of them.
+        """
         if not self._stamped:
             if self._last_arrival is not None:
                 self._steps.add(arrival - self._last_arrival)
@@ -225,7 +227,9 @@ class HostClock:
         since, delay = self._relative(stamp, arrival)
         if self._line.arrivals:
             beyond = delay - self._line.at(since)
-            if self._has_leapt(since, beyond, arrival):
+            # The last of them may be later than all before them, though the first is not.
+            is_set_back = earliest - self._first[0] <= self._newest
+            if is_set_back or self._has_leapt(beyond, arrival):
                 since, delay = self._begin_again(stamp, arrival)
             elif self._is_doubtful(beyond):
                 return
@@ -238,14 +242,11 @@ class HostClock:
         since = stamp - self._first[0]
         return since, arrival - self._first[1] - since
 
-    def _has_leapt(self, since: float, beyond: float, arrival: float) -> bool:
+    def _has_leapt(self, beyond: float, arrival: float) -> bool:
         """Returns whether the sensor's clock was set; a stalled line, in contrast, catches up.
 
         Stamps that go on evenly are those of a clock that was not set, however much sooner they come.
         """
-        if since < self._newest or self._is_set_back:
-            self._is_set_back = False
-            return True
         if beyond < -SET_FORWARD and arrival - self._set_forward_at <= LEAP_ARRIVALS:
             return True
         if beyond <= LEAP:
