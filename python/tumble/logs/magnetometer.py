@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.magnetic import FIELD_UNITS, MICROTESLA, LoadUnit, MagneticTrack
+from tumble.foundation.magnetic import FIELD_UNITS, MICROTESLA, MagneticTrack
 from tumble.foundation.recording import ASSUMED, FloatArray
 from tumble.foundation.words import count_of
 from tumble.logs.columns import ImuColumns, MagneticColumns
@@ -20,7 +20,6 @@ from tumble.logs.repeated_readings import firsts_of_runs
 from tumble.logs.track import (
     CHUNK_SAMPLES,
     DEFINED,
-    DOCUMENTED,
     LoggedImu,
     LoggedMagnetometer,
     RawMagnetic,
@@ -225,16 +224,4 @@ def _unlikely(track: MagneticTrack, options: ReadOptions) -> tuple[str, ...]:
     return (
         f"magnetometer reads {strength:.4g} uT in the median, with its readings in {track.unit} "
         f"({track.unit_reason}), where the field of the Earth is 22 to 67 uT: {remedy}",
-    )
-
-
-def documented(
-    read: Callable[[], RawMagnetic], unit: str, *, time_unit: str | None = None, current_unit: LoadUnit = "A"
-) -> LoggedMagnetometer:
-    """Creates a magnetometer whose unit the format documents."""
-    return LoggedMagnetometer(
-        read,
-        StatedUnit(unit, DOCUMENTED),
-        None if time_unit is None else StatedUnit(time_unit, DOCUMENTED),
-        current_unit=current_unit,
     )
