@@ -39,7 +39,7 @@ endfunction()
 function(tumble_choose_parts features definitions)
     set(wanted freestanding)
     set(said TUMBLE_UNITS=${TUMBLE_UNITS})
-    # As in Cargo.toml, Kconfig.parts, cmake/TumbleKconfig.cmake and platformio/build.py.
+    # The parts are those of Cargo.toml, Kconfig.parts, cmake/TumbleKconfig.cmake and platformio/build.py.
     foreach(part SPIN REDUNDANCY CALIBRATION AIDING SETTINGS_CHECK RECORDS TEMPERATURE MAGNETOMETER)
         if(TUMBLE_${part})
             string(TOLOWER ${part} feature)

@@ -6,6 +6,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from tumble.foundation.error_decomposition import (
+    PAIRS,
+    factor_sigma,
+    factors,
+    mounting_angles,
+    non_orthogonality,
+)
 from tumble.foundation.plain import finite_or_none
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import TriadResult
@@ -78,6 +85,29 @@ def inherited_content(triad: TriadResult, source: str) -> dict[str, Any]:
     return {"source": source, "sigma": _sigma(sigma), "covariance": triad.inherited}
 
 
+def sigma_content(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
+    """Returns the 1-sigma of what people read off M (3, 3) and b, by the covariance (12, 12) of both."""
+    sigma = factor_sigma(matrix, covariance[:9, :9])
+    angles = np.degrees(sigma[3:])
+    return {
+        "bias": np.sqrt(np.diag(covariance)[9:]),
+        "scale": sigma[:3],
+        "non-orthogonality": dict(zip(PAIRS, map(finite_or_none, angles[:3]), strict=True)),
+        "mounting": angles[3:],
+    }
+
+
+def factors_content(matrix: FloatArray) -> dict[str, Any]:
+    """Returns K, L and Q of M (3, 3), and the angles in them, deg."""
+    K, L, Q = factors(matrix)
+    degrees = np.degrees(non_orthogonality(matrix))
+    angles = {
+        "non-orthogonality": dict(zip(PAIRS, map(float, degrees), strict=True)),
+        "mounting": mounting_angles(Q),
+    }
+    return {"K": K, "L": L, "Q": Q, "angles": angles}
+
+
 def _sigma(sigma: dict[str, float]) -> dict[str, Any]:
     return {
         "bias": _by_axis(sigma, "bias"),
@@ -92,4 +122,4 @@ def _by_axis(values: dict[str, float], group: str) -> FloatArray:
 
 
 def _by_pair(values: dict[str, float]) -> dict[str, float | None]:
-    return {pair: finite_or_none(values[f"non-orthogonality {pair}"]) for pair in ("xy", "yz", "zx")}
+    return {pair: finite_or_none(values[f"non-orthogonality {pair}"]) for pair in PAIRS}

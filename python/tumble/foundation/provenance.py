@@ -29,6 +29,10 @@ class Provenance:
     operator: str = ""
     station: str = ""
 
+    def content(self) -> dict[str, str]:
+        """Returns date, operator and station as a calibration file states them."""
+        return {"date": self.date, "operator": self.operator, "station": self.station}
+
 
 @dataclass(frozen=True, slots=True)
 class LogFacts:

@@ -14,14 +14,8 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.document import Calibration
-from tumble.foundation.error_decomposition import (
-    PAIRS,
-    factor_sigma,
-    factors,
-    mounting_angles,
-    non_orthogonality,
-    propagated,
-)
+from tumble.calibration.triad_content import factors_content, sigma_content
+from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.plain import finite_or_none, plain
 from tumble.foundation.recording import FloatArray
@@ -53,9 +47,7 @@ def _content(
         "name": unit,
         "serial": result.serials.get(unit, ""),
         "software": result.software,
-        "date": result.provenance.date,
-        "operator": result.provenance.operator,
-        "station": result.provenance.station,
+        **result.provenance.content(),
         "method": {
             "procedure": "redundancy",
             "truth": f"readings of {result.primary}{', calibrated' if primary else ''}",
@@ -103,15 +95,14 @@ def _section(error: SecondaryError, primary: Mapping[str, Any], primary_name: st
         "unit": UNITS[error.sensor],
         "M": matrix,
         "b": bias,
-        "sigma": _sigma(matrix, covariance),
+        "sigma": sigma_content(matrix, covariance),
         "estimated": tuple(groups),
         "unobservable": tuple(_unobservable(error.sensor, seen, primary, primary_name)),
         "rank": int(seen.sum()),
     }
     if "matrix" in groups:
         # K, L and Q of a matrix that was shown in part would be numbers nobody measured.
-        K, L, Q = factors(matrix)
-        content |= {"K": K, "L": L, "Q": Q, "angles": _angles(matrix, Q)}
+        content |= factors_content(matrix)
     if "g_sensitivity" in primary:
         content["g_sensitivity"] = error.matrix @ np.array(primary["g_sensitivity"], dtype=np.float64)
     return content
@@ -134,26 +125,6 @@ def _covariance(
     of_primary[:9, :9] = np.kron(error.matrix, identity)
     of_primary[9:, 9:] = error.matrix
     return covariance + propagated(of_primary, np.array(first, dtype=np.float64))
-
-
-def _sigma(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
-    """1-sigma of what people read off M and b."""
-    sigma = factor_sigma(matrix, covariance[:9, :9])
-    angles = np.degrees(sigma[3:])
-    return {
-        "bias": np.sqrt(np.diag(covariance)[9:]),
-        "scale": sigma[:3],
-        "non-orthogonality": dict(zip(PAIRS, map(finite_or_none, angles[:3]), strict=True)),
-        "mounting": angles[3:],
-    }
-
-
-def _angles(matrix: FloatArray, Q: FloatArray) -> dict[str, Any]:
-    degrees = np.degrees(non_orthogonality(matrix))
-    return {
-        "non-orthogonality": dict(zip(PAIRS, map(float, degrees), strict=True)),
-        "mounting": mounting_angles(Q),
-    }
 
 
 def _unobservable(

@@ -7,15 +7,8 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.document import Calibration
-from tumble.foundation.error_decomposition import (
-    PAIRS,
-    factor_sigma,
-    factors,
-    mounting_angles,
-    non_orthogonality,
-)
+from tumble.calibration.triad_content import factors_content, sigma_content
 from tumble.foundation.plain import finite_or_none, plain
-from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.tools.plateaus.result import PlateausResult, TriadOverTemperature
 
@@ -30,9 +23,7 @@ def calibration_of(result: PlateausResult) -> Calibration:
         "name": result.name,
         "serial": result.serial,
         "software": result.software,
-        "date": result.provenance.date,
-        "operator": result.provenance.operator,
-        "station": result.provenance.station,
+        **result.provenance.content(),
         "verdict": "model not met" if result.verdict == "model not met" else "calibrated",
         "method": {"procedure": "plateaus", "options": _options(result)},
         "temperature": {"low": low, "mean": result.reference, "high": high},
@@ -55,13 +46,12 @@ def _section(triad: TriadOverTemperature, base: Any) -> dict[str, Any]:  # noqa:
     inherited = base.get("inherited")
     total = covariance if inherited is None else covariance + inherited["covariance"]
     if "matrix" in base.get("estimated", ()):
-        K, L, Q = factors(triad.M)
-        section |= {"K": K, "L": L, "Q": Q, "angles": _angles(triad.M, Q)}
+        section |= factors_content(triad.M)
     if inherited is not None:
-        sigma = _sigma(triad.M, inherited["covariance"])
+        sigma = sigma_content(triad.M, inherited["covariance"])
         section["inherited"] = {**inherited, "sigma": sigma}
     return section | {
-        "sigma": _sigma(triad.M, total),
+        "sigma": sigma_content(triad.M, total),
         "chi_square": triad.chi_square,
         "degrees_of_freedom": triad.degrees_of_freedom,
         "temperature_drift": _drift(triad),
@@ -84,24 +74,4 @@ def _drift(triad: TriadOverTemperature) -> dict[str, Any]:
         "covariance": tuple(tuple(map(finite_or_none, row)) for row in triad.covariance),
         "hysteresis": triad.hysteresis,
         "hysteresis_sigma": triad.hysteresis_sigma,
-    }
-
-
-def _sigma(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
-    """1-sigma of what people read off M and b."""
-    sigma = factor_sigma(matrix, covariance[:9, :9])
-    angles = np.degrees(sigma[3:])
-    return {
-        "bias": np.sqrt(np.diag(covariance)[9:]),
-        "scale": sigma[:3],
-        "non-orthogonality": dict(zip(PAIRS, map(finite_or_none, angles[:3]), strict=True)),
-        "mounting": angles[3:],
-    }
-
-
-def _angles(matrix: FloatArray, Q: FloatArray) -> dict[str, Any]:
-    degrees = np.degrees(non_orthogonality(matrix))
-    return {
-        "non-orthogonality": dict(zip(PAIRS, map(float, degrees), strict=True)),
-        "mounting": mounting_angles(Q),
     }
