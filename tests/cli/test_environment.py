@@ -159,3 +159,28 @@ def test_control_c_while_a_thread_starts_ends_the_process():
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=30
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_control_c_as_the_core_first_uses_numpy_is_no_panic():
+    code = """
+import os, sys, time
+import numpy as np
+from numpy.lib import NumpyVersion
+from tumble import _core
+from tumble.cli import control_c
+
+control_c.heed_control_c_between_steps()
+asked = NumpyVersion.__init__
+def interrupted(self, version):
+    os.kill(os.getpid(), 2)
+    asked(self, version)
+interrupted.__code__ = interrupted.__code__.replace(co_filename=asked.__code__.co_filename)
+NumpyVersion.__init__ = interrupted
+try:
+    _core.rotation_matrix(np.zeros(3))
+    time.sleep(5)
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -111,7 +111,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
         *("-o", tmp_path / "again"),
     )
     # A sender that stood still for a while ends the live command with 3, which no replay takes for a fault.
-    assert again.code == done.code or "samples are missing" in done.out, again.err
+    assert again.code == done.code or "samples are missing" in done.err, again.err
     assert events_of(tmp_path / "again") == events
 
 

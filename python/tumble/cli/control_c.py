@@ -2,7 +2,8 @@
 
 An exception in the midst of an import is shown by the interpreter, or lost in a callback or in a library
 that expects others. One in the midst of the start of a worker leaves a thread that the end of the process
-waits for, without end.
+waits for, without end. One where the native module first asks numpy for its version ends the process as a
+fault of that module.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ _IMPORTING = "<frozen importlib"
 """Begins the name of the file that the interpreter's own import is in."""
 _STARTING = ("submit", os.sep + "thread.py")
 """Function, and end of its file, in which an executor starts threads and then notes which."""
+_ASKING_VERSION = "/numpy/lib/_version.py".replace("/", os.sep)
+"""Ends the name of the file of numpy that the native module runs once, and where it takes no exception."""
 _AGAIN = 0.02
 """s until Control-C is tried again."""
 
@@ -30,9 +33,10 @@ def end_at_control_c() -> object:
 
 
 def heed_control_c_between_steps() -> object:
-    """Raises `KeyboardInterrupt` at Control-C, but never in the midst of an import or of a start of threads.
+    """Raises `KeyboardInterrupt` at Control-C, but never in the midst of a step that could not take it.
 
-    The rest is as above.
+    Such are an import, a start of threads, and the first use of numpy by the native module. The rest is as
+    above.
     """
     return _handle(_between_steps)
 
@@ -60,7 +64,7 @@ def _is_in_a_step(frame: object) -> bool:
     function, file = _STARTING
     while frame is not None:
         code = frame.f_code  # type: ignore[attr-defined]
-        if code.co_filename.startswith(_IMPORTING):
+        if code.co_filename.startswith(_IMPORTING) or code.co_filename.endswith(_ASKING_VERSION):
             return True
         if code.co_name == function and code.co_filename.endswith(file):
             return True

@@ -104,6 +104,7 @@ class PageFrame:
                 self._ask = button(page.words("Ask for the bench"), self._ask_for_it, "small")
                 button("◐", self._switch_dark, "icon", label=page.words("Light or dark"))
                 button("♪", self._mute, "icon", label=page.words("Tones on or off"))
+        self._update_holder()
         self._dark = ui.dark_mode(value=None)
 
     def _stop_bar(self) -> None:
