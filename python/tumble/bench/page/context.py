@@ -74,6 +74,8 @@ class PageContext:
             ui.navigate.to(target)
 
     def _do(self, act: Act) -> None:
+        # The first act may come before the first beat of the page.
+        self.bench.access.beat(self.browser.key)
         if not self.operates:
             self.notify(self.words("Another browser holds the bench; ask for it first."), "warn")
             return
