@@ -8,6 +8,7 @@ from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore
 from tumble.fleet.reduction import FALSE_DISCOVERIES, summarize
 from tumble.fleet.report.page import FLEET_REPORT
+from tumble.fleet.summary_document import result_content
 
 
 def store_of(folder, values, years=(0, 1)):
@@ -58,6 +59,10 @@ def test_drift_of_a_model_is_found_and_explains_changes(tmp_path):
     assert drift.walk.units == 60
     assert [(each.lot, each.walk.units) for each in summary.lot_drift] == [("lot0", 30), ("lot1", 30)]
     assert all(each.walk.low < 5e-3**2 < each.walk.high for each in summary.lot_drift)
+    printed = result_content(summary, "results", {})["lot_drift"]
+    assert [(each["lot"], each["q"]) for each in printed] == [
+        (each.lot, each.walk.q) for each in summary.lot_drift
+    ]
     # Units that only drift as all of their model do are no outliers, but for one in twenty fleets.
     assert len(summary.moved) <= 1
     assert summary.tested == 60

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 from pydantic import Field
 
 from tumble.fleet.ledger import JobStatus
-from tumble.fleet.reduction import MOST_NAMED, FleetSummary
+from tumble.fleet.reduction import MOST_NAMED, FleetSummary, LotDrift, ModelDrift
 from tumble.foundation.plain import finite
 from tumble.foundation.printed import Printed
 
@@ -17,10 +17,9 @@ RESULT: Final = "tumble-fleet-result/1"
 STATUS: Final = "tumble-fleet-status/1"
 
 
-class PrintedDrift(Printed):
-    """Drift of one parameter as a random walk, pooled over the units of a model."""
+class PrintedWalk(Printed):
+    """Drift of one parameter as a random walk, pooled over units."""
 
-    model: str
     parameter: str
     unit: str
     q: float
@@ -30,6 +29,18 @@ class PrintedDrift(Printed):
     """Ends of its 95 % interval."""
     units: int
     steps: int
+
+
+class PrintedDrift(PrintedWalk):
+    """Drift of one parameter, pooled over the units of a model."""
+
+    model: str
+
+
+class PrintedLotDrift(PrintedWalk):
+    """Drift of one parameter, pooled over the units of a lot; of the lots with the most units."""
+
+    lot: str
 
 
 class PrintedDue(Printed):
@@ -96,6 +107,7 @@ class FleetResultDocument(Printed):
     failed: list[tuple[str, str]]
     """FileStore and reason of the first hundred."""
     drift: list[PrintedDrift]
+    lot_drift: list[PrintedLotDrift]
     due: list[PrintedDue]
     moved: list[PrintedMove]
     tested: int
@@ -113,14 +125,8 @@ def status_content(status: JobStatus) -> dict[str, Any]:
 
 def result_content(summary: FleetSummary, results: str, files: Mapping[str, Path]) -> dict[str, Any]:
     """Returns a summary as finite numbers, text, lists and mappings."""
-    drift = [
-        {
-            "model": each.model, "parameter": each.parameter, "unit": each.unit, "q": each.walk.q,
-            "q_low": each.walk.low, "q_high": each.walk.high, "units": each.walk.units,
-            "steps": each.walk.steps,
-        }
-        for each in summary.drift
-    ]  # fmt: skip
+    drift = [{"model": each.model, **_walk(each)} for each in summary.drift]
+    lot_drift = [{"lot": each.lot, **_walk(each)} for each in summary.lot_drift]
     due = [
         {"name": each.name, "model": each.model, "parameter": each.parameter, "date": each.date}
         for each in summary.due[:MOST_NAMED]
@@ -148,6 +154,7 @@ def result_content(summary: FleetSummary, results: str, files: Mapping[str, Path
         "failures": dict(summary.failures),
         "failed": [list(each) for each in summary.failed],
         "drift": drift,
+        "lot_drift": lot_drift,
         "due": due,
         "moved": moved,
         "tested": summary.tested,
@@ -155,3 +162,11 @@ def result_content(summary: FleetSummary, results: str, files: Mapping[str, Path
         "files": {name: str(path) for name, path in files.items()},
     }
     return {key: finite(value) for key, value in content.items()}
+
+
+def _walk(drift: ModelDrift | LotDrift) -> dict[str, Any]:
+    walk = drift.walk
+    return {
+        "parameter": drift.parameter, "unit": drift.unit, "q": walk.q, "q_low": walk.low, "q_high": walk.high,
+        "units": walk.units, "steps": walk.steps,
+    }  # fmt: skip
