@@ -58,15 +58,40 @@ def orientation_parts(up: FloatArray) -> tuple[Message, Message]:
     return name, message(text, angle=angle, axis=rising[0], other=rising[1])
 
 
+def direction_words(direction: FloatArray) -> str:
+    """Describes a direction (3,) of the case by the axes that it lies along, or between.
+
+    >>> direction_words(np.array([0.77, -0.64, 0.0]))
+    'between +x and -y'
+    >>> direction_words(np.array([0.0, 0.1, -0.99]))
+    'along -z'
+    """
+    match _parts(direction):
+        case [one]:
+            return str(message("along {axis}", axis=one))
+        case [one, two]:
+            return str(message("between {axis} and {other}", axis=one, other=two))
+        case [one, two, three]:
+            return str(message("between {axis}, {other} and {third}", axis=one, other=two, third=three))
+    raise ValueError(f"{direction} is no unit vector")
+
+
 def axis_words(axis: FloatArray) -> str:
     """Describes an axis (3,) of rotation by the case axes between which it lies.
 
     >>> axis_words(np.array([0.77, -0.64, 0.0]))
     'the axis between +x and -y'
     """
-    order = sorted(range(3), key=lambda k: -abs(axis[k]))
-    named = [f"{'+' if axis[k] > 0.0 else '-'}{'xyz'[k]}" for k in order if abs(axis[k]) > SMALL_PART]
+    named = _parts(axis)
     return f"axis {named[0][1]}" if len(named) == 1 else f"the axis between {' and '.join(named)}"
+
+
+def _parts(direction: FloatArray) -> list[str]:
+    """Names the axes that a unit vector (3,) has a part along, the largest first, with their signs."""
+    order = sorted(range(3), key=lambda k: -abs(direction[k]))
+    return [
+        f"{'+' if direction[k] > 0.0 else '-'}{'xyz'[k]}" for k in order if abs(direction[k]) > SMALL_PART
+    ]
 
 
 def why_not_so_many(orientations: int) -> str:

@@ -1,4 +1,4 @@
-"""The sphere of orientations: those held, the next one, and the present one with the way to it."""
+"""A sphere of directions: those held, the next one, and the present one with the way to it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ class SpherePart:
 
     def _words(self, figure: SphereFigure) -> str:
         page = self._page
-        words = page.words("Sphere of orientations: {count} held.", count=len(figure.held))
+        title, count = page.text(figure.title), len(figure.held)
+        words = page.words("{title}: {count} on the sphere.", title=title, count=count)
         if figure.wanted is None or figure.now is None:
             return words
         # A text that changed with each degree would not be read to its end.

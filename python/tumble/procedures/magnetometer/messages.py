@@ -156,6 +156,14 @@ def _about_rests(result: MagnetometerResult, time: LogTime) -> Iterator[str]:
         )
 
 
+def live_disturbance(point: FieldPoint, orientation: str) -> str:
+    """Describes a rest that disagrees with the others, while the unit is still turned."""
+    return (
+        f"the rest with {orientation} is left out for its magnetometer: {_disagreement(point)}; move away "
+        "from iron, magnets and currents"
+    )
+
+
 def _about_stretches(result: MagnetometerResult, time: LogTime) -> Iterator[str]:
     for point in result.disturbed:
         yield (

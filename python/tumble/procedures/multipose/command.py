@@ -63,7 +63,7 @@ def multipose_command(
     calibration: CalibrationOption = None,
     magnetometer: Annotated[
         bool,
-        typer.Option("--magnetometer", help="Calibrate the magnetometer of the log at the same rests."),
+        typer.Option("--magnetometer", help="Calibrate the magnetometer of the unit at the same rests."),
     ] = False,
     *,
     poses: PoseOptions,
@@ -110,8 +110,8 @@ def multipose_command(
         earth.refuse_without("--magnetometer")
     if live.live:
         viewers.refuse_live()
-        if magnetometer:
-            raise ProcedureError("--magnetometer is for recordings; give it with the session then")
+        if earth.current:
+            raise ProcedureError("--current is for recordings: what is read live states no current")
         if poses.faces or poses.sections:
             raise ProcedureError("--faces and --sections are for recordings; give them with the session then")
         run_live(log, output, read, live, options, maker, voice, raw=poses.raw)

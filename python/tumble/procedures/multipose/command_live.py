@@ -142,6 +142,7 @@ def _recorded(
         held=held,
         duration=duration,
         calibrate=partial(multipose, **options),
+        magnetometer="magnetometer" in options,
         procedure=procedure,
         resume=asked.resume,
     )

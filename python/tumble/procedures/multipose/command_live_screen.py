@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from tumble.cli.live_screen import SHOWN, STYLES, TROUBLE, LiveScreen, bar, goal_lines, goal_words
@@ -22,7 +23,7 @@ def prompt(step: MultiposeStep) -> str:
             "ends and calibrates."
         ),
         "rest done": f"{_capital(step.subject)}: {_count(step)}{goal_words(step.goals)}.",
-        "orientation wanted": f"Turn it to {step.subject}, and hold it still for {step.still_wanted:g} s.",
+        "orientation wanted": _request(step),
         "warning": f"Warning: {step.subject}: {step.text}",
         "done": "Done.",
         "ended early": f"Ended early: {step.text}.",
@@ -40,6 +41,7 @@ def drawn(step: MultiposeStep) -> Group:
         Text(_where(step), "bold"),
         Text(f"still  {bar(step.still / step.still_wanted)} {_held(step)}"),
         Text(f"shown  {_count(step)}, {step.turns} turns"),
+        *(Text(line) for line in _field_lines(step)),
         condition,
         *goal_lines(step.goals),
     )
@@ -54,14 +56,52 @@ def _where(step: MultiposeStep) -> str:
     return f"Turn it to {orientation_words(step.up)}.{off}"
 
 
+def _request(step: MultiposeStep) -> str:
+    """Asks for the next orientation, and for a heading where the field has to be met from a direction."""
+    from tumble.poses.by_hand import direction_words
+
+    if step.field is None or step.field.wanted is None:
+        return f"Turn it to {step.subject}, and hold it still for {step.still_wanted:g} s."
+    return (
+        f"Turn it to {step.subject}, then about the vertical until the magnetic field points "
+        f"{direction_words(step.field.wanted)}, and hold it still for {step.still_wanted:g} s."
+    )
+
+
+def _field_words(step: MultiposeStep) -> str:
+    """Describes the part of the field that was met, behind a semicolon; empty before it is known."""
+    if step.field is None or not step.field.directions:
+        return ""
+    return f"; magnetic field from {100.0 * step.field.coverage:.0f} % of all directions"
+
+
+def _field_lines(step: MultiposeStep) -> Iterator[str]:
+    """Draws the field: the share that was met, and how far it is from where it is to point."""
+    field = step.field
+    if field is None:
+        return
+    if not field.directions:
+        yield f"field  {bar(0.0)} not shown yet"
+        return
+    shown = f"field  {bar(field.coverage)} {100.0 * field.coverage:.0f} % of all directions"
+    if field.wanted is None:
+        yield shown
+        return
+    from tumble.poses.by_hand import direction_words
+
+    off = "" if math.isnan(field.off) else f" ({field.off:.0f} deg to go)"
+    yield f"{shown}; next it is to point {direction_words(field.wanted)}{off}"
+
+
 def _held(step: MultiposeStep) -> str:
     told = "enough: turn it" if step.still >= step.still_wanted else f"of {step.still_wanted:g} s"
     return f"{step.still:.1f} {'s, ' * (step.still >= step.still_wanted)}{told}"
 
 
 def _count(step: MultiposeStep) -> str:
-    wanted = "" if step.orientations_wanted is None else f" of {step.orientations_wanted}"
-    return f"orientation {step.orientations}{wanted}"
+    if step.orientations_wanted is None:
+        return f"orientation {step.orientations}"
+    return f"orientation {step.orientations} of {step.orientations_wanted}"
 
 
 def _capital(text: str) -> str:

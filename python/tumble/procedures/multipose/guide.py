@@ -9,7 +9,8 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.recording import FloatArray
 from tumble.poses.by_hand import natural
-from tumble.procedures.multipose.result import MultiposeResult
+from tumble.procedures.magnetometer.result import NextField
+from tumble.procedures.multipose.result import MultiposeResult, NextOrientation
 
 HELD = 4.0
 """s at rest in each orientation if nothing is stated."""
@@ -24,6 +25,8 @@ class OrientationGuide:
     """(3,) m/s^2 of each rest that was long enough."""
     wanted: FloatArray | None = None
     """(3,) unit vector, case frame: what is to point up next; None for however it lies."""
+    wanted_field: FloatArray | None = None
+    """(3,) unit vector, case frame: where the magnetic field is to point there; None for any heading."""
     _counted: bool = False
     """Indicates whether the present rest is among `forces`."""
 
@@ -37,7 +40,7 @@ class OrientationGuide:
             return False
         self.forces.append(force)
         self._counted = True
-        self.wanted = farthest(natural(), self.forces)
+        self.wanted, self.wanted_field = farthest(natural(), self.forces), None
         return True
 
     def is_enough(self, seconds: float) -> bool:
@@ -45,9 +48,15 @@ class OrientationGuide:
         return not self._counted and seconds >= self.wanted_seconds
 
     def follow(self, result: MultiposeResult | None) -> None:
-        """Asks for what the calibration so far lacks most."""
-        if result is not None and result.next_orientation is not None:
-            self.wanted = result.next_orientation.up
+        """Asks for what the calibration so far lacks most, of accelerometer or magnetometer."""
+        if result is None:
+            return
+        orientation = result.next_orientation
+        field = None if result.magnetometer is None else result.magnetometer.next_field
+        if field is not None and field.up is not None and _left(field) < _left(orientation):
+            self.wanted, self.wanted_field = field.up, field.field
+        elif orientation is not None:
+            self.wanted, self.wanted_field = orientation.up, None
 
     @property
     def orientations(self) -> int:
@@ -58,6 +67,11 @@ class OrientationGuide:
     def rests(self) -> int:
         """Number of rests so far."""
         return len(self.forces)
+
+
+def _left(advised: NextOrientation | NextField | None) -> float:
+    """Returns the share of the largest sigma that is left with an orientation more."""
+    return 1.0 if advised is None else advised.after / advised.before
 
 
 def farthest(candidates: FloatArray, shown: list[FloatArray]) -> FloatArray:

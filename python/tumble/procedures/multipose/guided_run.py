@@ -15,6 +15,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import LISTENING
 from tumble.live import open_set
 from tumble.poses.by_hand import MOST_ORIENTATIONS, orientation_parts
+from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
 from tumble.procedures.multipose.guide import HELD
 from tumble.procedures.multipose.live import (
     ORIENTATIONS,
@@ -96,7 +97,33 @@ FIELDS = (
         help=message("It needs the latitude."),
         advanced=True,
     ),
+    RunField(
+        name="magnetometer",
+        label=message("Calibrate the magnetometer too"),
+        kind="flag",
+        default=False,
+    ),
+    RunField(
+        name="field",
+        label=message("Strength of the Earth's field"),
+        kind="number",
+        unit="uT",
+        least=15.0,
+        most=100.0,
+        help=message("Else it follows from latitude and longitude, or scales are relative."),
+        advanced=True,
+    ),
     *GRAVITY_FIELDS,
+    RunField(
+        name="longitude",
+        label=message("Longitude"),
+        kind="number",
+        unit="deg",
+        least=-180.0,
+        most=360.0,
+        help=message("The Earth's magnetic field follows from latitude and longitude."),
+        advanced=True,
+    ),
     RunField(name="calibration", label=message("Calibration to start from"), kind="file", advanced=True),
 )
 
@@ -119,6 +146,7 @@ class GuidedMultipose:
             "g_sensitivity": answers.flag("g_sensitivity"),
             "earth_rate": answers.flag("earth_rate"),
             "calibration": answers.file("calibration"),
+            **_earth_field_of(answers),
         }
         self._units = open_set(
             [f"{name}={address}"], order.read_options(), sender=order.sender, keep_going=True
@@ -134,6 +162,7 @@ class GuidedMultipose:
             held=answers.number("held") or HELD,
             duration=None if minutes is None else 60.0 * minutes,
             calibrate=partial(multipose, **self._options),
+            magnetometer="magnetometer" in self._options,
             procedure=session_procedure(goal, order.operator, order.station, resume=order.resume),
             resume=order.resume,
         )
@@ -180,7 +209,10 @@ class GuidedMultipose:
     def _why_not(self, result: MultiposeResult) -> Iterator[Message]:
         if result.gyroscope is None:
             yield message("The gyroscope was not calibrated: {why}.", why=result.gyroscope_reason)
-        for triad in result.triads:
+        if result.magnetometer_reason:
+            yield message("The magnetometer was not calibrated: {why}.", why=result.magnetometer_reason)
+        magnetic = () if result.magnetometer is None else result.magnetometer.triads
+        for triad in (*result.triads, *magnetic):
             if not triad.model_met:
                 yield message(
                     "{triad}: residuals are {widening} times the noise: the model is not met.",
@@ -200,17 +232,27 @@ class GuidedMultipose:
             instruction=_instruction(step),
             detail=_detail(step),
             remaining=max(0.0, step.still_wanted - step.still) if _is_held(step) else math.nan,
-            checks=(_orientations(step),),
+            checks=(_orientations(step), *_field_met(step)),
             lamps=(UnitLamp(step.name, step.condition, step.rate),),
             goals=tuple(
                 GoalShare(each.term.name, each.unit, each.sigma, each.term.sigma, each.target)
                 for each in step.goals
             ),
             bodies=(BodyView(step.name, now, wanted, off=step.off),),
-            figures=(SphereFigure(held, wanted, now, message("Orientations held so far")),),
+            figures=(
+                SphereFigure(held, wanted, now, message("Orientations held so far")),
+                *self._field_figures(step),
+            ),
             subject=step.subject,
             warning=_warning(step),
         )
+
+    def _field_figures(self, step: MultiposeStep) -> Iterator[SphereFigure]:
+        """Returns the sphere of the field, where a magnetometer is calibrated."""
+        if (field := step.field) is not None:
+            met = tuple(_triple(each) for each in self._live.fields)
+            title = message("Directions of the magnetic field")
+            yield SphereFigure(met, _direction(field.wanted), _direction(field.now), title)
 
 
 def _warning(step: MultiposeStep) -> Message:
@@ -244,6 +286,9 @@ def _detail(step: MultiposeStep) -> Message:
     if step.up is None or math.isnan(step.off):
         return NOTHING
     left = message("{angle} deg to go", angle=f"{step.off:.0f}")
+    if step.field is not None and math.isfinite(step.field.off):
+        about = message("field: {angle} deg to go", angle=f"{step.field.off:.0f}")
+        left = message("{left}; {field}", left=left, field=about)
     tilt = orientation_parts(step.up)[1]
     return message("{tilt}; {left}", tilt=tilt, left=left) if tilt else left
 
@@ -257,6 +302,30 @@ def _orientations(step: MultiposeStep) -> CheckGroup:
     turns = message("{count} turns", count=step.turns)
     item = CheckItem(name, 1.0 if done else share, done=done, current=not done, detail=turns)
     return CheckGroup(message("Orientations"), (item,))
+
+
+def _field_met(step: MultiposeStep) -> Iterator[CheckGroup]:
+    """Returns the share of all directions that the field was met from."""
+    if step.field is None:
+        return
+    share = step.field.coverage if step.field.directions else 0.0
+    done = step.kind == "done"
+    item = CheckItem(f"{100.0 * share:.0f} %", share, done=done, current=not done)
+    yield CheckGroup(message("Directions of the magnetic field"), (item,))
+
+
+def _earth_field_of(answers: Answers) -> dict[str, EarthField]:
+    """Returns the field as `multipose` takes it, where a magnetometer is to be calibrated.
+
+    Raises `ProcedureError` where it is stated by halves, or without a magnetometer.
+    """
+    strength, longitude = answers.number("field"), answers.number("longitude")
+    if not answers.flag("magnetometer"):
+        if strength is not None or longitude is not None:
+            raise ProcedureError("the Earth's field is about a magnetometer; choose to calibrate it too")
+        return {}
+    place = {name: answers.number(name) for name in ("latitude", "height")}
+    return {"magnetometer": earth_field(strength, longitude=longitude, **place)}
 
 
 def _direction(up: FloatArray | None) -> CaseDirection | None:

@@ -22,11 +22,22 @@ from tumble.foundation.recording import FloatArray, Recording
 from tumble.foundation.words import LISTENING, Listening
 from tumble.live import LiveChunk, LiveSet
 from tumble.logs import open_recording
+from tumble.logs.magnetic_rows import MagneticRows
 from tumble.logs.session import SessionProcedure, recorded_so_far
 from tumble.poses.by_hand import orientation_words, why_not_so_many
 from tumble.poses.pose_list import angle_between
+from tumble.procedures.magnetometer.messages import LITTLE_COVERED
 from tumble.procedures.multipose.guide import HELD, OrientationGuide
 from tumble.procedures.multipose.held import HeldRests, during, rests_by_hand
+from tumble.procedures.multipose.live_field import (
+    FIELD_NOW,
+    FieldShown,
+    LiveField,
+    field_objections,
+    field_shown,
+    fields_met,
+    is_covered,
+)
 from tumble.procedures.multipose.procedure import FEW_TO_CHECK, TooLittleShownError, multipose
 from tumble.procedures.multipose.result import MultiposeResult
 from tumble.tools.record.live_procedure import LiveProcedure
@@ -91,6 +102,8 @@ class MultiposeStep:
     """The orientation, or the unit, that it is about."""
     text: str = ""
     """Text of a warning or of an early end: cause and remedy."""
+    field: FieldShown | None = None
+    """The magnetic field; None where no magnetometer is calibrated."""
 
 
 class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
@@ -98,7 +111,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
 
     `units` is read and recorded into `folder`/session; `sources` is what was typed for its one unit. It asks
     for `held` s of rest in one orientation after another: in as many `orientations`, or until the `goal` is
-    met, or for `duration` s. `calibrate` finds the figures so far. With `resume` the session that is there
+    met, or for `duration` s. `calibrate` finds the figures so far; with `magnetometer` it calibrates that of
+    the unit too, and the field has to be met from all around. With `resume` the session that is there
     goes on.
 
     Raises `ProcedureError` where the goal cannot be shown, and what `Recorder` raises.
@@ -116,6 +130,7 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         held: float = HELD,
         duration: float | None = None,
         calibrate: Calibrate = multipose,
+        magnetometer: bool = False,
         procedure: SessionProcedure | None = None,
         resume: bool = False,
         clock: Callable[[], float] = time.monotonic,
@@ -138,11 +153,13 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         self._wanted = ORIENTATIONS if goal is None and orientations is None else orientations
         self._duration = duration
         self._calibrate = calibrate
+        self._field = LiveField() if magnetometer else None
         self._time = -math.inf
         self._trembled = False
         """Indicates whether the present rest trembled at any check."""
         self._held = HeldRests()
         self._asked: FloatArray | None = None
+        self._asked_field: FloatArray | None = None
         self._asks_again = False
         """Indicates whether to repeat the request for an orientation."""
         self._rests_found = 0
@@ -165,6 +182,12 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         return tuple(_unit(force) for force in self.guide.forces)
 
     @property
+    def fields(self) -> tuple[FloatArray, ...]:
+        """Returns (3,) unit vector, case frame, for each rest: where the magnetic field pointed."""
+        result = self._so_far.result
+        return fields_met(result.magnetometer if result else None)
+
+    @property
     def is_heard(self) -> bool:
         """Returns whether the unit gave samples."""
         return bool(self._acquired.recordings())
@@ -179,7 +202,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
 
         It ends early where the source has ended, and where the unit has been silent for half a minute.
 
-        Raises `LogError` where the source cannot be opened, `OutputError` where the disk is full.
+        Raises `LogError` where the source cannot be opened, `OutputError` where the disk is full, and
+        `ProcedureError` where a magnetometer is to be calibrated that gave no reading by the first rest.
         """
         yield from self._guided(self._duration)
 
@@ -203,6 +227,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
     def _watched(self, step: RecordStep) -> Iterator[MultiposeStep]:
         [unit] = step.units
         yield from self._warnings(step, self._frozen.objections({unit.name: unit.condition == "motion"}))
+        if self._field is not None:
+            yield from self._warnings(step, self._field.objections(self.name, self._time))
         if unit.condition == "rest" and not self._frozen.is_frozen(unit.name):
             yield from self._rested(step)
         else:
@@ -224,6 +250,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
             newest = self._acquired.since(self.name, self._rest.since - BEFORE_REST)
             self._rest.since = max(self._rest.since, self._held.since(newest))
         if self.guide.rest(self._rest.force, self._still):
+            if self._field is not None:
+                self._field.refuse_without(self.name)
             seconds = self.guide.wanted_seconds + SHORTEST_REST
             self._held.keep(self._acquired.newest(self.name, seconds))
             self._finding.hurry()
@@ -239,7 +267,7 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
                 self._rests_followed = self._rests_found
                 self.guide.follow(found.result)
             yield from self._warnings(step, found.objections)
-        if self._finding.is_due and self.is_heard:
+        if self._finding.is_due and self.is_heard and (self._field is None or self._field.is_heard):
             self._rests_found = self.guide.rests
             recording = self._acquired.recordings()[self.name]
             self._finding.begin(partial(_evaluate, recording, self._calibrate, self._goal))
@@ -261,8 +289,9 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         if self._goal is not None:
             enough = result.directions >= 9 + FEW_TO_CHECK
             return enough and self.goal_is_met and result.directions >= wanted
-        # Where the turns did not show the gyroscope yet, as many orientations again may.
-        patience = 1 if result.gyroscope is not None else 2
+        # Where gyroscope or magnetometer were not shown yet, as many orientations again may.
+        is_whole = result.gyroscope is not None and (self._field is None or is_covered(result))
+        patience = 1 if is_whole else 2
         return result.directions >= patience * wanted
 
     def _wants(self, step: RecordStep) -> Iterator[MultiposeStep]:
@@ -275,6 +304,7 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         if self._rests_followed < self.guide.rests:
             return
         self._asked, self._asks_again = up, False
+        self._asked_field = self.guide.wanted_field
         yield self._step("orientation wanted", step, orientation_words(up))
 
     def _ended(self, step: RecordStep) -> Iterator[MultiposeStep]:
@@ -298,16 +328,26 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
 
     def _early(self) -> str:
         by_will = "stopped" if self._was_stopped else "time is up"
-        missing = self._so_far.lacking or next(
-            (
-                f"{each.term.name} has a sigma of {each.sigma:.3g} {each.unit}, and {each.term.sigma:g} were "
-                "asked for"
-                for each in self._goals
-                if each.ratio > 1.0
-            ),
-            f"{self._orientations} of {self._wanted} orientations" if self._wanted else "",
-        )
+        missing = self._so_far.lacking or self._unmet_field() or self._unmet_goal()
         return f"{by_will if self._by_will else self._why_early}; {missing}; go on with --resume"
+
+    def _unmet_goal(self) -> str:
+        """Describes the first term of the goal that is not met, else the orientations so far."""
+        for each in self._goals:
+            if each.ratio > 1.0:
+                reached = f"{each.term.name} has a sigma of {each.sigma:.3g} {each.unit}"
+                return f"{reached}, and {each.term.sigma:g} were asked for"
+        return f"{self._orientations} of {self._wanted} orientations" if self._wanted else ""
+
+    def _unmet_field(self) -> str:
+        """Describes what the field lacks; empty where it lacks nothing, or nobody asked for it."""
+        result = self._so_far.result
+        if self._field is None or result is None or is_covered(result):
+            return ""
+        if result.magnetometer is None:
+            return f"the magnetometer is not calibrated: {result.magnetometer_reason}"
+        share = f"{100.0 * result.magnetometer.coverage:.0f} % of all directions"
+        return f"the magnetic field was met from {share}, and {100.0 * LITTLE_COVERED:.0f} % are needed"
 
     @property
     def _orientations(self) -> int:
@@ -338,7 +378,15 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
             self._goals,
             subject,
             text,
+            self._field_shown(),
         )
+
+    def _field_shown(self) -> FieldShown | None:
+        if self._field is None:
+            return None
+        result = self._so_far.result
+        newest = self._acquired.magnetic(self.name, self._time - FIELD_NOW)
+        return field_shown(result.magnetometer if result else None, newest, self._asked_field)
 
     @property
     def _still(self) -> float:
@@ -361,14 +409,19 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         self._time = float(chunk.time[-1])
         self._acquired.push(name, chunk)
         self._frozen.push(name, chunk)
+        if self._field is not None:
+            self._field.push(chunk)
 
     def _go_on(self) -> None:
         """Adds what was recorded before, and counts its rests."""
         if not recorded_so_far(self.session, self.name).samples:
             return
         segmenter = _core.Segmenter(SHORTEST_REST, by_hand=True)
-        for chunk in open_recording(f"{self.session}:{self.name}").chunks():
-            self._acquired.push(self.name, chunk)
+        before = open_recording(f"{self.session}:{self.name}")
+        track = before.magnetic
+        rows = None if track is None else MagneticRows(track)
+        for chunk in before.chunks():
+            self._acquired.push(self.name, chunk if rows is None else rows.beside(chunk))
             segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
         samples = self._acquired.since(self.name, -math.inf)
         for start, end in rests_by_hand(samples, segmenter.finish().rest_times):
@@ -428,6 +481,7 @@ def _evaluate(recording: Recording, calibrate: Calibrate, goal: Goal | None) -> 
         return MultiposeSoFar(None, error.why, (), tuple(objections))
     except TumbleError as error:
         return MultiposeSoFar(None, error.why, (), (_objection(name, error),))
+    objections += field_objections(result)
     return MultiposeSoFar(result, "", goal.progress([result]) if goal else (), tuple(objections))
 
 

@@ -13,7 +13,7 @@ CaseDirection: TypeAlias = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class SphereFigure:
-    """Directions of the case that pointed up, on a sphere, and the next one."""
+    """Directions of the case in which something pointed, such as up, on a sphere, and the next one."""
 
     held: tuple[CaseDirection, ...]
     """Those that were held still."""
