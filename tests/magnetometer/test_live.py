@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 import tumble
+from tumble.foundation.errors import ProcedureError
 from tumble.live import open_set
 from tumble.procedures.magnetometer.earth_field import earth_field
 from tumble.procedures.multipose.guide import OrientationGuide
 from tumble.procedures.multipose.live import LiveMultipose
+from tumble.tools.guided.order import RunOrder
+from tumble.tools.guided.run import run_kind
 from tumble.tools.record import live_procedure
 from tumble.tools.simulate import simulate_magnetometer
 from tumble.tools.simulate.magnetometer.files import write_magnetometer
@@ -97,6 +100,21 @@ def test_silent_magnetometer_is_reported_and_its_rests_count(log, each_piece, tm
     [one], [other] = ((tmp_path / name).glob("*.multipose.yaml") for name in ("live", "again"))
     found, again = map(tumble.Calibration.load, (one, other))
     assert np.array_equal(found.magnetometer.M, again.magnetometer.M)
+
+
+def test_page_shows_the_field_on_a_sphere_of_its_own(log, each_piece, tmp_path):
+    order = RunOrder(
+        folder=tmp_path,
+        sources={"imu": f"replay:{log}?speed=max"},
+        options={"held": 3.0, "magnetometer": True, "field": 48.0},
+    )
+    run = run_kind("multipose").begin(order)
+    last = list(run.views())[-1]
+    assert [str(figure.title) for figure in last.figures][1] == "Directions of the magnetic field"
+    assert len(last.figures[1].held) == 18
+    assert run.outcome().verdict == "passed"
+    with pytest.raises(ProcedureError, match="choose to calibrate it too"):
+        run_kind("multipose").begin(replace(order, options={"field": 48.0}))
 
 
 def test_unit_without_a_magnetometer_is_refused_at_its_first_rest(log, each_piece, tmp_path):
