@@ -13,6 +13,7 @@ from tumble.foundation.recording import Recording
 from tumble.logs import open_recording
 from tumble.tools.apply.magnetic import corrected_magnetometer
 from tumble.tools.apply.procedure import apply
+from turntable_sessions import typed
 
 COUNT = 40
 LACKS = "the calibration has the effect of current, which the log does not state; it is left in"
@@ -74,3 +75,21 @@ def test_corrected_magnetometer_is_not_corrected_again(tmp_path, truth):
     magnetic = track(calibration, truth, np.ones(COUNT), already_corrected=True)
     with pytest.raises(ProcedureError, match="was corrected already"):
         apply(calibration, recording(magnetic), tmp_path / "out.csv")
+
+
+def test_live_readings_are_corrected_as_those_of_a_log(tmp_path, truth):
+    calibration = with_current(8, "A")
+    calibration.save(tmp_path / "unit.yaml")
+    field = truth @ calibration.magnetometer.M.T + calibration.magnetometer.b
+    rows = np.column_stack(
+        [np.linspace(0.0, 1.0, COUNT), np.tile([0.0, 0.0, 9.8, 0.0, 0.0, 0.0], (COUNT, 1)), field]
+    )
+    names = "time_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps,mx_uT,my_uT,mz_uT"
+    np.savetxt(tmp_path / "unit.csv", rows, "%.17g", ",", header=names, comments="")
+    source = f"replay:{tmp_path / 'unit.csv'}?speed=max"
+    done = typed(
+        "apply", "--live", tmp_path / "unit.yaml", source, "--to", tmp_path / "out.parquet", "--force"
+    )
+    assert done.code == 0, done.err
+    assert open_recording(tmp_path / "out.parquet").magnetic.field == pytest.approx(truth, abs=1e-9)
+    assert LACKS.replace("log", "source") in done.err

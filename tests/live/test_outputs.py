@@ -89,12 +89,45 @@ def test_mavlink_carries_a_message_a_sample_and_a_heartbeat(listener):
     assert {message.temperature for message in samples} == {31.5}
 
 
+FIELD = np.column_stack([20.0 + np.arange(len(TABLE)), np.full(len(TABLE), -3.5), np.full(len(TABLE), 43.25)])
+
+
+def chunk_with_field(rows):
+    return LiveChunk(TABLE[rows, 0], TABLE[rows, 1:4], TABLE[rows, 4:], field=FIELD[rows])
+
+
+def test_field_goes_along_and_reads_back_as_a_source(capsys):
+    port = free_port()
+    with open_source(f"udp://127.0.0.1:{port}") as source:
+        with parse_output(f"udp://127.0.0.1:{port}").open(Facts()) as writer:
+            writer.write(chunk_with_field(slice(None)))
+        chunk = next(chunk for chunk in source if len(chunk))
+    assert np.array_equal(chunk.field, FIELD[: len(chunk)])
+    with parse_output("stdout").open(Facts()) as writer:
+        writer.write(chunk_with_field(slice(0, 1)))
+        writer.write(chunk_of(TABLE[1:2]))
+    names, with_field, without = capsys.readouterr().out.splitlines()
+    assert names.endswith(",gz,mx,my,mz")
+    assert with_field.endswith(",20.0,-3.5,43.25")
+    assert without.endswith(",nan,nan,nan")
+
+
+def test_mavlink_carries_the_field_in_gauss(listener):
+    with parse_output(f"mavlink:udpout:127.0.0.1:{listener.getsockname()[1]}").open(Facts()) as writer:
+        writer.write(chunk_with_field(slice(0, 1)))
+    parser = mavlink.MAVLink(None)
+    _, sample = (parser.parse_buffer(listener.recv(1 << 16))[0] for _ in range(2))
+    assert (sample.xmag, sample.ymag, sample.zmag) == pytest.approx((0.2, -0.035, 0.4325))
+    assert sample.fields_updated == 0b111111111
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
 def test_a_file_takes_its_place_once_the_stream_has_ended(tmp_path, ending):
     path = tmp_path / f"out.{ending}"
     with parse_output(str(path)).open(Facts()) as writer:
-        writer.write(chunk_of(TABLE))
+        writer.write(chunk_with_field(slice(None)))
         assert not path.exists()
+    assert open_recording(path).magnetic.field == pytest.approx(FIELD, rel=1e-12)
     found = np.concatenate([chunk.accelerometer for chunk in open_recording(path).chunks()])
     assert np.array_equal(found, TABLE[:, 1:4])
 

@@ -51,17 +51,14 @@ def publisher(topic, *, samples=SAMPLES, reliability="reliable", more=()):
         process.communicate()
 
 
-def heard(source, count):
+def heard(source, count, names=("time", "accelerometer", "gyroscope")):
     """Chunks of a source that is entered, until so many samples came, as arrays."""
     chunks, until = [], time.monotonic() + 20.0
     for chunk in source:
         chunks.append(chunk)
         if sum(map(len, chunks)) >= count or time.monotonic() > until:
             break
-    return [
-        np.concatenate([getattr(each, name) for each in chunks if len(each)])
-        for name in ("time", "accelerometer", "gyroscope")
-    ]
+    return [np.concatenate([getattr(each, name) for each in chunks if len(each)]) for name in names]
 
 
 def expected():
@@ -86,6 +83,18 @@ def test_every_sample_of_a_topic_comes_as_it_was_sent(reliability):
     assert found[0] - found[0][0] == pytest.approx(times, abs=2.5e-7)
     assert np.array_equal(found[1], force)
     assert np.array_equal(found[2], rate)
+
+
+def test_magnetometer_of_the_same_folder_comes_beside_its_imu():
+    with publisher("/imu/data", more=["--field", "/imu/mag"]), open_source("ros2:///imu/data") as source:
+        time_, field = heard(source, SAMPLES, ("time", "field"))
+        assert any("topic /imu/mag is its magnetometer" in remark for remark in source.remarks)
+    rows = np.isfinite(field[:, 2])
+    numbers = np.rint((time_ - time_[0])[rows] * RATE)
+    assert rows.sum() == pytest.approx(SAMPLES / 5, abs=2)
+    # A sample may come before the reading of the same time.
+    assert set(numbers - np.rint(field[rows, 2])) <= {0.0, 1.0}
+    assert field[rows, 0] == pytest.approx(20.0)
 
 
 def test_several_topics_are_recorded_at_once(tmp_path):
@@ -172,12 +181,13 @@ def test_messages_are_those_that_rosbags_reads():
 
 def test_corrected_samples_are_sent_on_another_topic(tmp_path):
     (tmp_path / "imu.yaml").write_text(
-        "schema: tumble-calibration/2\nname: imu\naccelerometer:\n  unit: m/s^2\n"
+        "schema: tumble-calibration/3\nname: imu\naccelerometer:\n  unit: m/s^2\n"
         "  M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [0.5, 0, 0]\n"
         "gyroscope:\n  unit: rad/s\n  M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [0, 0, 0.25]\n"
+        "magnetometer:\n  unit: uT\n  M: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [4, 0, 0]\n"
     )
     words = ["apply", "--live", tmp_path / "imu.yaml", "ros2:///imu/data", "--to", "ros2:///imu/calibrated"]
-    with publisher("/imu/data", samples=1500):
+    with publisher("/imu/data", samples=1500, more=["--field", "/imu/mag"]):
         program = Path(sys.executable).with_name("tumble")
         applied = subprocess.Popen(
             [program, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
@@ -187,7 +197,7 @@ def test_corrected_samples_are_sent_on_another_topic(tmp_path):
             while True:
                 try:
                     with open_source("ros2:///imu/calibrated") as source:
-                        _, force, rate = heard(source, 100)
+                        force, rate, field = heard(source, 100, ("accelerometer", "gyroscope", "field"))
                     break
                 except LogError:
                     assert applied.poll() is None, applied.stderr.read()
@@ -197,3 +207,4 @@ def test_corrected_samples_are_sent_on_another_topic(tmp_path):
             applied.wait()
     assert force[:, 2] == pytest.approx(9.81)
     assert rate[:, 2] == pytest.approx(-0.55)
+    assert field[np.isfinite(field[:, 0]), 0] == pytest.approx(8.0)

@@ -1,6 +1,8 @@
 """A driver of ROS 2 as others write it: sends `sensor_msgs/Imu` with types of its own, not with Tumble's.
 
-python ros2_publisher.py TOPIC SAMPLES RATE reliable|best-effort [--absent]
+python ros2_publisher.py TOPIC SAMPLES RATE reliable|best-effort [--absent] [--field TOPIC]
+
+With --field every fifth sample has a reading of a magnetometer, 20 uT along x and its number along z.
 """
 
 import math
@@ -66,6 +68,18 @@ class Message(IdlStruct, typename="sensor_msgs::msg::dds_::Imu_"):
     linear_acceleration_covariance: array[float64, 9]
 
 
+@dataclass
+class Magnetic(IdlStruct, typename="sensor_msgs::msg::dds_::MagneticField_"):
+    header: Head
+    magnetic_field: Three
+    magnetic_field_covariance: array[float64, 9]
+
+
+def magnetic(number, rate):
+    stamp = message(number, rate, False).header
+    return Magnetic(stamp, Three(20e-6, 0.0, 1e-6 * number), [0.0] * 9)
+
+
 def message(number, rate, absent):
     nanoseconds = 1_700_000_000_000_000_000 + round(number * 1e9 / rate)
     phase = 2.0 * math.pi * number / rate
@@ -87,12 +101,18 @@ def main():
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     qos = Qos(policy, Policy.History.KeepLast(1000))
     writer = DataWriter(participant, Topic(participant, f"rt{topic}", Message), qos=qos)
+    field = None
+    if "--field" in sys.argv:
+        topic = sys.argv[sys.argv.index("--field") + 1]
+        field = DataWriter(participant, Topic(participant, f"rt{topic}", Magnetic), qos=qos)
     print("there", flush=True)
     until = time.monotonic() + 30.0
     while not writer.get_matched_subscriptions() and time.monotonic() < until:
         time.sleep(0.01)
     began = time.monotonic()
     for number in range(int(samples)):
+        if field is not None and number % 5 == 0:
+            field.write(magnetic(number, float(rate)))
         writer.write(message(number, float(rate), "--absent" in sys.argv))
         time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))
     # Those that are on their way still arrive.

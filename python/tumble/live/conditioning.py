@@ -127,15 +127,21 @@ class Conditioner:
         return self._ordered(Readings(self._conversion(head.samples), head.moving, head.magnetic), arrival)
 
     def _microtesla(self, magnetic: FloatArray | None, facts: StreamFacts) -> FloatArray | None:
-        """Returns readings of a magnetometer in uT and the case frame; rows of zeros hold none."""
+        """Returns readings of a magnetometer in uT and the case frame; rows of zeros hold none.
+
+        It is there, without a reading, while all cells of its columns are empty.
+        """
         if magnetic is None:
             return None
         if self._from_field is None:
             _, scale = field_scale(facts.magnetometer_unit, self._options)
             self._from_field = case_from_log(self._options.axes) * scale
+        empty = ~magnetic.any(axis=1)
+        if empty.all():
+            return None
         found = magnetic @ self._from_field.T
-        found[~magnetic.any(axis=1)] = np.nan
-        return found if np.isfinite(found).any() else None
+        found[empty] = np.nan
+        return found
 
     def due(self) -> LiveChunk:
         """Returns samples that have waited long enough for others by now."""

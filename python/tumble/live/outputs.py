@@ -8,23 +8,27 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
+import numpy as np
+
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.files import check_output
-from tumble.foundation.recording import Chunk
+from tumble.foundation.magnetic import FIELD_UNITS, MAGNETIC_CHANNELS
+from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.words import LIVE_OUTPUTS
 from tumble.live.address import Address, host_and_port, parse_address
+from tumble.logs.magnetic_rows import ChunkWithField
 from tumble.logs.mavlink_messages import DIALECT, HIGHRES_TEMPERATURE
 from tumble.logs.optional import imported
 from tumble.logs.writer import Facts, Writer
-from tumble.logs.writers import FORMATS, format_for, open_writer
+from tumble.logs.writers import FORMATS, format_for, open_mcap_writer, open_writer
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 Place: TypeAlias = Any
@@ -32,7 +36,7 @@ Place: TypeAlias = Any
 
 STDOUT = "stdout"
 NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
-"""Names of the values that are sent, in s, m/s^2, rad/s and degC."""
+"""Names of the values that are sent, in s, m/s^2, rad/s and degC, before those of a magnetometer in uT."""
 OF_A_SET = ("source", "flags")
 """Additional values that are sent of a `SetChunk`."""
 LARGEST_PAYLOAD = 1400
@@ -110,9 +114,63 @@ class FileOutput:
         """See `Output`."""
         return str(self.path)
 
-    def open(self, facts: Facts) -> AbstractContextManager[Writer]:
+    @contextmanager
+    def open(self, facts: Facts) -> Iterator[Writer]:
         """See `Output`."""
-        return open_writer(self.path, facts=facts)
+        with ExitStack() as opened:
+            writer = _LogFile(self.path, facts, opened)
+            yield writer
+            writer.close()
+
+
+class _LogFile:
+    """Opens a log with the columns that the first samples have."""
+
+    def __init__(self, path: Path, facts: Facts, opened: ExitStack) -> None:
+        self._path = path
+        self._facts = facts
+        self._opened = opened
+        self._write: Callable[[Chunk], None] | None = None
+
+    def write(self, chunk: Chunk) -> None:
+        if self._write is None:
+            self._write = self._writing(has_field=field_of(chunk) is not None)
+        self._write(chunk)
+
+    def close(self) -> None:
+        if self._write is None:
+            self._writing(has_field=False)
+
+    def _writing(self, *, has_field: bool) -> Callable[[Chunk], None]:
+        if not has_field:
+            return self._opened.enter_context(open_writer(self._path, facts=self._facts)).write
+        if format_for(self._path) == "mcap":
+            topics = self._opened.enter_context(open_mcap_writer(self._path, self._facts))
+
+            def write(chunk: Chunk) -> None:
+                topics.write(chunk)
+                if (track := getattr(chunk, "magnetic", None)) is not None:
+                    topics.write_magnetic(track)
+
+            return write
+        facts = replace(self._facts, further=MAGNETIC_CHANNELS)
+        writer = self._opened.enter_context(open_writer(self._path, facts=facts))
+        return lambda chunk: writer.write(_with_columns(chunk))
+
+
+def field_of(chunk: Chunk) -> FloatArray | None:
+    """Returns readings of a magnetometer, (n, 3) uT, NaN in rows without one; None where there are none."""
+    field: FloatArray | None = getattr(chunk, "field", None)
+    return field
+
+
+def _with_columns(chunk: Chunk) -> ChunkWithField:
+    """Returns samples with the axes of their magnetometer as columns."""
+    field = field_of(chunk)
+    x, y, z = np.full((3, len(chunk)), np.nan) if field is None else field.T
+    return ChunkWithField(
+        chunk.time, chunk.accelerometer, chunk.gyroscope, chunk.temperature, mx=x, my=y, mz=z
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,13 +204,21 @@ class _Lines:
     def _rows(self, chunk: Chunk) -> list[str]:
         head = []
         if not self._names:
-            self._names = NAMES if chunk.temperature is not None else NAMES[:-1]
+            self._names = names_of(chunk)
             of_a_set = OF_A_SET if isinstance(chunk, SetChunk) else ()
             head = [",".join((*self._names, *of_a_set))]
-        rows = [",".join(map(repr, row[: len(self._names)])) for row in rows_of(chunk)]
+        rows = [",".join(map(repr, row)) for row in self._values(chunk)]
         if isinstance(chunk, SetChunk):
             rows = [f"{row},{chunk.source},{flags}" for row, flags in zip(rows, chunk.flag_list, strict=True)]
         return head + rows
+
+    def _values(self, chunk: Chunk) -> list[list[float]]:
+        """Returns a row a sample under the names of the first, NaN for what this chunk lacks."""
+        names, rows = names_of(chunk), rows_of(chunk)
+        if names == self._names:
+            return rows
+        places = [names.index(name) if name in names else None for name in self._names]
+        return [[math.nan if place is None else row[place] for place in places] for row in rows]
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,19 +302,28 @@ class _MavlinkMessages:
             self._heartbeat_at = now + BETWEEN_HEARTBEATS
             self._line.send(self._heartbeat())
         unit = chunk.unit if isinstance(chunk, SetChunk) else 0
+        names = names_of(chunk)
         for row in rows_of(chunk):
-            self._line.send(self._message(row, unit))
+            self._line.send(self._message(dict(zip(names, row, strict=True)), unit))
 
     def close(self) -> None: ...
 
-    def _message(self, row: Sequence[float], unit: int) -> bytes:
-        temperature = row[-1] if len(row) == len(NAMES) and math.isfinite(row[-1]) else None
-        # The lowest six bits are those of the axes.
-        updated = sum(1 << bit for bit, value in enumerate(row[1:7]) if math.isfinite(value))
-        updated |= 0 if temperature is None else HIGHRES_TEMPERATURE
-        others = (0.0,) * 3 + (0.0, 0.0, 0.0, temperature or 0.0)
+    def _message(self, values: Mapping[str, float], unit: int) -> bytes:
+        measured = [values.get(name, math.nan) for name in (*NAMES[1:7], *MAGNETIC_CHANNELS)]
+        # The lowest nine bits are those of the axes.
+        updated = sum(1 << bit for bit, value in enumerate(measured) if math.isfinite(value))
+        temperature = values.get("temperature", math.nan)
+        updated |= HIGHRES_TEMPERATURE if math.isfinite(temperature) else 0
+        gauss = [value / FIELD_UNITS["G"] if math.isfinite(value) else 0.0 for value in measured[6:]]
+        pressures = (0.0, 0.0, 0.0)
         message = self._dialect.MAVLink_highres_imu_message(
-            max(0, round(1e6 * row[0])), *row[1:7], *others, updated, unit
+            max(0, round(1e6 * values["time"])),
+            *measured[:6],
+            *gauss,
+            *pressures,
+            temperature if math.isfinite(temperature) else 0.0,
+            updated,
+            unit,
         )
         packed: bytes = message.pack(self._sender)
         return packed
@@ -267,20 +342,29 @@ class _MavlinkMessages:
         return packed
 
 
+def names_of(chunk: Chunk) -> tuple[str, ...]:
+    """Returns the names of the values that samples have, those of `NAMES` first."""
+    plain = NAMES[:-1] if chunk.temperature is None else NAMES
+    return plain if field_of(chunk) is None else (*plain, *MAGNETIC_CHANNELS)
+
+
 def rows_of(chunk: Chunk) -> list[list[float]]:
-    """Returns a row a sample, in the order of `NAMES`."""
+    """Returns a row a sample, in the order of `names_of`."""
     times, triads = chunk.time.tolist(), (chunk.accelerometer.tolist(), chunk.gyroscope.tolist())
     rows = [[time, *force, *rate] for time, force, rate in zip(times, *triads, strict=True)]
     if chunk.temperature is not None:
         for row, degrees in zip(rows, chunk.temperature.tolist(), strict=True):
             row.append(degrees)
+    if (field := field_of(chunk)) is not None:
+        for row, reading in zip(rows, field.tolist(), strict=True):
+            row += reading
     return rows
 
 
 def json_lines(chunk: Chunk) -> list[str]:
     """Returns a JSON object a sample; what is no number is null."""
     # Written by hand: a library takes ten times as long, which counts at 8000 samples a second.
-    plain = _JSON_ROW if chunk.temperature is not None else _JSON_ROW_WITHOUT_TEMPERATURE
+    plain = _json_row(names_of(chunk))
     lines = [
         plain % tuple(row if math.isfinite(sum(row)) else [_json_number(value) for value in row])
         for row in rows_of(chunk)
@@ -294,11 +378,9 @@ def json_lines(chunk: Chunk) -> list[str]:
     return lines
 
 
-def _json_row(names: Sequence[str]) -> str:
+@cache
+def _json_row(names: tuple[str, ...]) -> str:
     return "{" + ", ".join(f'"{name}": %s' for name in names) + "}"
-
-
-_JSON_ROW, _JSON_ROW_WITHOUT_TEMPERATURE = _json_row(NAMES), _json_row(NAMES[:-1])
 
 
 def _json_number(value: float) -> str:
@@ -321,7 +403,7 @@ def _mavlink(address: Address) -> Output:
 
 
 def _ros2(address: Address) -> Output:
-    address.refuse_other_settings("domain")
+    address.refuse_other_settings("domain", "magnetometer")
     output: Output = imported("tumble.live.ros2_output", address.text, "ros2").Ros2Output(address)
     return output
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from threading import Lock
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 from weakref import WeakValueDictionary
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
@@ -19,8 +19,9 @@ from cyclonedds.util import duration
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address
 from tumble.live.ros2_names import IMU_TYPE, ros_domain
-from tumble.live.ros2_types import ImuMessage
+from tumble.live.ros2_types import FieldMessage, ImuMessage
 
+Message = TypeVar("Message", ImuMessage, FieldMessage)
 BELOW = "rt"
 """Front of the names that topics of ROS 2 have on DDS."""
 MOST_WAITING = 4096
@@ -101,26 +102,30 @@ class Domain:
         """Returns topics of IMUs that are sent, as far as they are known by now."""
         return [each for each in self.senders() if each.type == IMU_TYPE]
 
-    def find(self, topic: str) -> Sender | None:
-        """Waits `FOUND_WITHIN` s at most for somebody who sends the topic."""
+    def find(self, topic: str, kind: str = IMU_TYPE) -> Sender | None:
+        """Waits `FOUND_WITHIN` s at most for somebody who sends the topic, messages of a type."""
         until = time.monotonic() + FOUND_WITHIN
         while time.monotonic() < until:
-            if found := [each for each in self.sent() if each.name == topic]:
+            if found := [each for each in self.senders() if (each.name, each.type) == (topic, kind)]:
                 # A reader that asks for more than a sender offers receives nothing of it.
                 return min(found, key=lambda each: each.reliability == RELIABLE)
             time.sleep(0.02)
         return None
 
-    def reader(self, topic: str, reliability: str, listener: Listener) -> DataReader[ImuMessage]:
-        """Creates a reader of a topic."""
-        return DataReader(self._participant, self._topic(topic), qos=_qos(reliability), listener=listener)
+    def reader(
+        self, topic: str, reliability: str, listener: Listener, kind: type[Message] = ImuMessage
+    ) -> DataReader[Message]:
+        """Creates a reader of a topic of messages of a type."""
+        return DataReader(
+            self._participant, self._topic(topic, kind), qos=_qos(reliability), listener=listener
+        )
 
-    def writer(self, topic: str) -> DataWriter[ImuMessage]:
+    def writer(self, topic: str, kind: type[Message] = ImuMessage) -> DataWriter[Message]:
         """Creates a reliable writer of a topic, for readers of either kind."""
-        return DataWriter(self._participant, self._topic(topic), qos=_qos(RELIABLE))
+        return DataWriter(self._participant, self._topic(topic, kind), qos=_qos(RELIABLE))
 
-    def _topic(self, topic: str) -> Topic[ImuMessage]:
-        return Topic(self._participant, BELOW + topic, ImuMessage)
+    def _topic(self, topic: str, kind: type[Message]) -> Topic[Message]:
+        return Topic(self._participant, BELOW + topic, kind)
 
 
 def _qos(reliability: str) -> Qos:

@@ -11,6 +11,8 @@ from tumble.live.address import Address
 
 IMU_TYPE: Final = "sensor_msgs::msg::dds_::Imu_"
 """Type of `sensor_msgs/Imu`: design.ros2.org, "Topic and Service name mapping to DDS"."""
+FIELD_TYPE: Final = "sensor_msgs::msg::dds_::MagneticField_"
+"""Type of `sensor_msgs/MagneticField`."""
 MOST_DOMAIN: Final = 232
 """Largest number of a domain whose ports exist."""
 _MANGLED: Final = re.compile(r"(?P<package>\w+)::(?P<kind>\w+)::dds_::(?P<name>\w+)_")

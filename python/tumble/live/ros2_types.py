@@ -1,4 +1,4 @@
-"""`sensor_msgs/Imu` as ROS 2 names it on DDS, for CycloneDDS.
+"""`sensor_msgs/Imu` and `sensor_msgs/MagneticField` as ROS 2 names them on DDS, for CycloneDDS.
 
 Names are those of design.ros2.org, "Topic and Service name mapping to DDS": `::msg::dds_::` before the type
 and an underscore behind it.
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float64, int32, uint32
 
-from tumble.live.ros2_names import IMU_TYPE
+from tumble.live.ros2_names import FIELD_TYPE, IMU_TYPE
 
 if TYPE_CHECKING:
     Covariance: TypeAlias = Sequence[float]
@@ -66,3 +66,12 @@ class ImuMessage(IdlStruct, typename=IMU_TYPE):
     angular_velocity_covariance: Covariance
     linear_acceleration: Vector3
     linear_acceleration_covariance: Covariance
+
+
+@dataclass
+class FieldMessage(IdlStruct, typename=FIELD_TYPE):
+    """A reading of a magnetometer, T; a covariance of zeros is not known."""
+
+    header: Header
+    magnetic_field: Vector3
+    magnetic_field_covariance: Covariance

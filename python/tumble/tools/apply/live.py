@@ -10,12 +10,15 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import LogError, ProcedureError
+from tumble.foundation.magnetic import MagneticTrack
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
-from tumble.live import FIRST_SAMPLE_WITHIN, Source, nothing_came
+from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source, nothing_came
 from tumble.live.host_clock import DelayCounts
 from tumble.live.outputs import Output
 from tumble.logs import Facts
 from tumble.logs.writer import Writer
+from tumble.tools.apply.magnetic import warnings_on_magnetometer
 from tumble.tools.apply.procedure import misuses_of, warnings_on
 
 
@@ -54,6 +57,8 @@ class LiveApply:
         corrected = getattr(source, "already_corrected", None)
         self._temperatures = TemperatureCounts(calibration)
         self._samples, self._delays = 0, DelayCounts()
+        self._track: MagneticTrack | None = None
+        """Latest readings of the magnetometer; None before the first."""
         self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=corrected))
         if self._misuses and not force:
             raise ProcedureError(
@@ -96,14 +101,23 @@ class LiveApply:
                 accelerometer, gyroscope = self._calibration.correct(
                     chunk.accelerometer, chunk.gyroscope, chunk.temperature
                 )
-                writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+                field = self._corrected_field(chunk)
+                writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope, field=field))
                 self._samples += len(chunk)
                 if chunk.arrival is not None:
                     self._delays.add([time.monotonic() - chunk.arrival])
             elif not self._samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
                 raise nothing_came(self._source.name)
 
+    def _corrected_field(self, chunk: LiveChunk) -> FloatArray | None:
+        """Returns the field without the calibrated errors; None where the source has no magnetometer."""
+        if chunk.field is None:
+            return None
+        self._track = chunk.magnetic or self._track
+        return self._calibration.correct_magnetic(chunk.field, temperature=chunk.temperature)
+
     def _warnings(self) -> tuple[str, ...]:
         known = warnings_on(self._calibration, what="source", name=self._source.name, serial=self._serial)
         of_source = map("the source {}".format, self._misuses)
-        return (*of_source, *known, *self._temperatures.notices(), *self._source.remarks)
+        magnetic = warnings_on_magnetometer(self._calibration, self._track, what="source")
+        return (*of_source, *known, *magnetic, *self._temperatures.notices(), *self._source.remarks)

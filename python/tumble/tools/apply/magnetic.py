@@ -37,8 +37,10 @@ def _temperature(recording: Recording, track: MagneticTrack) -> FloatArray | Non
     return found if np.isfinite(found).any() else None
 
 
-def warnings_on_magnetometer(calibration: Calibration, track: MagneticTrack | None) -> Iterator[str]:
-    """Describes what of the magnetometer of a log the calibration does not correct."""
+def warnings_on_magnetometer(
+    calibration: Calibration, track: MagneticTrack | None, *, what: str = "log"
+) -> Iterator[str]:
+    """Describes parts of the magnetometer of `what`, a log or a source, that are not corrected."""
     section = calibration.magnetometer
     if track is None:
         return
@@ -49,6 +51,6 @@ def warnings_on_magnetometer(calibration: Calibration, track: MagneticTrack | No
         return
     wanted = "current" if section.current_unit == "A" else "throttle"
     if track.current is None or track.current_unit != section.current_unit:
-        yield f"the calibration has the effect of {wanted}, which the log does not state; it is left in"
+        yield f"the calibration has the effect of {wanted}, which the {what} does not state; it is left in"
     elif unknown := int(np.isnan(track.current).sum()):
         yield f"{wanted} is not known for {unknown} of {len(track)} readings; its effect is left in these"
