@@ -152,12 +152,12 @@ def test_rotation_by_the_mount_matrix_is_applied_and_reported(root):
 
 
 def test_all_that_was_changed_is_put_back(root):
-    channels = {**IMU, **axes("in_magn", "le:s16/16>>0", 7)}
+    channels = {**IMU, **axes("in_gravity", "le:s16/16>>0", 7)}
     attributes = {"trigger/current_trigger": "", "sampling_frequency": "50"}
     with imitated(root, channels=channels, attributes=attributes) as device:
         (root / "sys/bus/iio/devices/trigger0").mkdir()
         (root / "sys/bus/iio/devices/trigger0/name").write_text("lsm6dsm-dev0\n")
-        device.write("scan_elements/in_magn_x_en", "1")
+        device.write("scan_elements/in_gravity_x_en", "1")
         before = device.state()
         with open_source(f"iio:device0?root={root}&rate=200"):
             during = device.state()
@@ -166,7 +166,7 @@ def test_all_that_was_changed_is_put_back(root):
     assert during["sampling_frequency"] == "200"
     assert during["current_timestamp_clock"] == "monotonic"
     assert during["trigger/current_trigger"] == "lsm6dsm-dev0"
-    assert during["scan_elements/in_magn_x_en"] == "0"
+    assert during["scan_elements/in_gravity_x_en"] == "0"
     assert int(during["buffer/length"]) > 100
 
 
@@ -204,6 +204,54 @@ def test_accelerometer_and_gyroscope_may_be_two_devices(root):
     assert np.allclose(found[:, 0], later[:-1] / 1e9)
     assert np.allclose(found[:, 4], 0.000153 * (wave // 8)[:-1])
     assert np.allclose(found[:, 1], 0.000598 * np.interp(later, stamps, wave)[:-1])
+
+
+def fields_of(source, count):
+    """Readings of the magnetometer beside so many samples, (n, 3) uT."""
+    chunks = []
+    for chunk in source:
+        chunks += [chunk] if len(chunk) else []
+        if sum(map(len, chunks)) >= count:
+            break
+    return None if chunks[0].field is None else np.concatenate([chunk.field for chunk in chunks])
+
+
+def test_magnetometer_of_an_imu_comes_with_each_sample(root):
+    table, stamps = readings()
+    kind = "le:s16/16>>0"
+    channels = {**IMU, **axes("in_magn", kind, 6), "in_timestamp": ("le:s64/64>>0", 9)}
+    counts = np.arange(3 * COUNT).reshape(COUNT, 3) + 1
+    both = np.hstack([table, counts])
+    columns = [(both[:, place], kind, 2 * place) for place in range(9)]
+    data = scans([*columns, (stamps, "le:s64/64>>0", 24)], 32)
+    with imitated(root, channels=channels, attributes={"in_magn_scale": "0.0015"}) as device:
+        with open_source(f"iio:device0?root={root}") as source:
+            device.send(data)
+            # IIO has gauss, of which one is 100 uT.
+            assert fields_of(source, COUNT) == pytest.approx(0.15 * counts)
+        with open_source(f"iio:device0?root={root}&magnetometer=none") as source:
+            device.send(imu_scans(table, stamps))
+            assert fields_of(source, COUNT) is None
+
+
+def test_magnetometer_of_its_own_comes_beside_the_next_sample(root):
+    table, stamps = readings()
+    kind, time = "le:s16/16>>0", ("le:s64/64>>0", 3)
+    own = {**axes("in_magn", kind, 0), "in_timestamp": time}
+    counts = np.arange(COUNT // 4)[:, np.newaxis] * [1, 2, 3] + 7
+    taken = stamps[::4] - 2_000_000
+    data = scans([*((counts[:, axis], kind, 2 * axis) for axis in range(3)), (taken, time[0], 8)], 16)
+    with (
+        imitated(root, attributes={"sampling_frequency": "50"}) as device,
+        imitated(root, 1, "ak8963", own, {"in_magn_scale": "0.0015"}) as beside,
+        open_source(f"iio:lsm6dsm+ak8963?root={root}&rate=200") as source,
+    ):
+        beside.send(data)
+        device.send(imu_scans(table, stamps))
+        found = fields_of(source, COUNT)
+        assert any("magnetometer are put beside" in remark for remark in source.remarks)
+    assert found[::4] == pytest.approx(0.15 * counts)
+    assert np.isnan(np.delete(found, np.s_[::4], axis=0)).all()
 
 
 def refusal(text):

@@ -1,4 +1,4 @@
-"""Sensors that Linux itself drives (IIO): an IMU, or an accelerometer and a gyroscope beside each other."""
+"""Sensors that Linux itself drives (IIO): an IMU, or triads that are devices of their own."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
+from typing import TypeAlias
 
 import numpy as np
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import TRIADS, CalibratedTriad, Triad
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
+from tumble.live.field_pairing import FieldPairing
 from tumble.live.iio_device import CHANNELS, TEMPERATURE, TIMESTAMP, IioDevice, find_devices
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
@@ -23,23 +25,33 @@ from tumble.logs.track import RawSamples, StatedUnit
 
 MOST_WAITING = 10_000
 """Samples of one of two devices that may wait for the other."""
+NO_MAGNETOMETER = "none"
+"""Setting by which the magnetometer of a device is not captured."""
 _STATED = "IIO"
+_NANOSECOND = 1e-9
+
+Received: TypeAlias = Mapping[IioDevice, Mapping[str, FloatArray]]
+"""Scans of each device that came since the last look."""
 
 
 def open_iio(address: Address, options: ReadOptions) -> IioSource:
-    """Opens `iio:device0`, or by names, `iio:lsm6dsm`, `iio:accel_3d+gyro_3d`.
+    """Opens `iio:device0`, or by names, `iio:lsm6dsm`, `iio:accel_3d+gyro_3d+magn_3d`.
 
     `rate=` sets the sampling frequency, Hz, `trigger=` names what has samples taken, `root=` is the folder
-    that holds `sys` and `dev`.
+    that holds `sys` and `dev`. With `magnetometer=none` that of a device is not captured.
     """
-    address.refuse_other_settings("rate", "trigger", "root")
+    address.refuse_other_settings("rate", "trigger", "root", "magnetometer")
+    if (magnetometer := address.settings.get("magnetometer", NO_MAGNETOMETER)) != NO_MAGNETOMETER:
+        raise LogError(
+            f"{address.text}: magnetometer={magnetometer}: give none, or name its device, +magn_3d"
+        )
     rate = address.number("rate", 0.0) if "rate" in address.settings else None
     devices = find_devices(address, Path(address.settings.get("root", "/")))
     return IioSource(address, options, devices, rate)
 
 
 class IioSource(ConditionedSource):
-    """Reads the buffers of one device or two; a `Source`."""
+    """Reads the buffers of one device, or of one for each triad; a `Source`."""
 
     def __init__(
         self, address: Address, options: ReadOptions, devices: list[IioDevice], rate: float | None
@@ -47,7 +59,12 @@ class IioSource(ConditionedSource):
         super().__init__(options)
         self.name = "+".join(device.name for device in devices)
         self._address = address
+        if "magnetometer" in address.settings:
+            for each in devices:
+                each.left_out = ("magnetometer",)
         self._devices = {triad: _with(triad, devices, address) for triad in TRIADS}
+        self._magnetometer = next((each for each in devices if "magnetometer" in each.triads), None)
+        self._pairing = FieldPairing()
         self._rate = rate
         self._open = ExitStack()
         self._matched = _Matched()
@@ -57,6 +74,12 @@ class IioSource(ConditionedSource):
         return self._devices["accelerometer"] is not self._devices["gyroscope"]
 
     @property
+    def _opened(self) -> list[IioDevice]:
+        """Lists each device once."""
+        of_magnetometer = [] if self._magnetometer is None else [self._magnetometer]
+        return list(dict.fromkeys([*self._devices.values(), *of_magnetometer]))
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
         return self._conditioner.notices
@@ -64,13 +87,14 @@ class IioSource(ConditionedSource):
     def __enter__(self) -> IioSource:
         trigger = self._address.settings.get("trigger")
         with ExitStack() as opened:
-            for each in dict.fromkeys(self._devices.values()):
+            devices = self._opened
+            for each in devices:
                 each.open(self._rate, trigger)
                 opened.callback(each.close)
-                if self._are_two and TIMESTAMP not in each.scan.elements:
+                if len(devices) > 1 and TIMESTAMP not in each.scan.elements:
                     raise LogError(
-                        f"{self._address.text}: {each.name} stamps no samples, so that accelerometer and "
-                        "gyroscope cannot be put together"
+                        f"{self._address.text}: {each.name} stamps no samples, so that those of several "
+                        "devices cannot be put together"
                     )
             self._open = opened.pop_all()
         return self
@@ -86,14 +110,16 @@ class IioSource(ConditionedSource):
 
     def read(self) -> LiveChunk:
         """See `Source`."""
-        samples, arrival = self._two() if self._are_two else self._one(), time.monotonic()
+        numbers = {device: device.receive() for device in self._opened}
+        samples, arrival = self._two(numbers) if self._are_two else self._one(numbers), time.monotonic()
+        magnetic = self._field(numbers, samples)
         if not len(samples):
             return EMPTY
-        return self._conditioner.take(Readings(samples), self._facts(), arrival)
+        return self._conditioner.take(Readings(samples, magnetic=magnetic), self._facts(), arrival)
 
-    def _one(self) -> RawSamples:
+    def _one(self, received: Received) -> RawSamples:
         device = self._devices["gyroscope"]
-        numbers = device.receive()
+        numbers = received[device]
         return RawSamples(
             numbers.get(TIMESTAMP),
             device.triad("accelerometer", numbers),
@@ -101,17 +127,28 @@ class IioSource(ConditionedSource):
             _temperature(device, numbers),
         )
 
-    def _two(self) -> RawSamples:
+    def _two(self, received: Received) -> RawSamples:
         """Returns the gyroscope's samples, with the accelerometer's readings at their times."""
         for triad, device in self._devices.items():
-            numbers = device.receive()
-            self._matched.add(triad, numbers[TIMESTAMP], device.triad(triad, numbers))
+            self._matched.add(triad, received[device][TIMESTAMP], device.triad(triad, received[device]))
         if self._matched.waiting > MOST_WAITING:
             raise LogError(
                 f"{self._address.text}: of accelerometer and gyroscope only one sends; check the other "
                 "one and its trigger"
             )
         return self._matched.samples()
+
+    def _field(self, received: Received, samples: RawSamples) -> FloatArray | None:
+        """Returns the magnetometer's readings beside samples, gauss; None where there is none."""
+        device = self._magnetometer
+        if device is None:
+            return None
+        field = device.triad("magnetometer", received[device])
+        if len(self._opened) == 1:
+            return field
+        assert samples.time is not None, "samples of several devices are stamped"
+        self._pairing.add(_NANOSECOND * received[device][TIMESTAMP], field)
+        return self._pairing.beside(_NANOSECOND * samples.time)
 
     def _facts(self) -> StreamFacts:
         notices = []
@@ -120,16 +157,22 @@ class IioSource(ConditionedSource):
                 "accelerometer and gyroscope are two devices; readings of the accelerometer are interpolated "
                 "to the times of the gyroscope"
             )
-        turned = [triad for triad, device in self._devices.items() if device.mount_matrix(triad) is not None]
+        if self._magnetometer is not None and len(self._opened) > 1:
+            notices.append("readings of the magnetometer are put beside the sample that came next")
+        of_triads: dict[CalibratedTriad, IioDevice] = {**self._devices}
+        if self._magnetometer is not None:
+            of_triads["magnetometer"] = self._magnetometer
+        turned = [triad for triad, device in of_triads.items() if device.mount_matrix(triad) is not None]
         if turned:
             notices.append(f"axes of the {' and '.join(turned)} are turned by the mount matrix of the device")
         return StreamFacts(
             self._address.text,
-            all(TIMESTAMP in device.scan.elements for device in self._devices.values()),
+            all(TIMESTAMP in device.scan.elements for device in self._opened),
             StatedUnit("m/s^2", _STATED),
             StatedUnit("rad/s", _STATED),
             StatedUnit("ns", _STATED),
             StatedUnit("degC", _STATED),
+            StatedUnit("G", _STATED),
             notices=tuple(notices),
         )
 

@@ -14,12 +14,16 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.files import set_attribute
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import Triad
+from tumble.foundation.units import CalibratedTriad
 from tumble.live.address import Address
 from tumble.live.iio_scan import Element, Scan, parse_element
 
-CHANNELS: Mapping[Triad, str] = {"accelerometer": "in_accel", "gyroscope": "in_anglvel"}
-"""Names of the triads in IIO; after offset and scale they are in m/s^2 and rad/s."""
+CHANNELS: Mapping[CalibratedTriad, str] = {
+    "accelerometer": "in_accel",
+    "gyroscope": "in_anglvel",
+    "magnetometer": "in_magn",
+}
+"""Names of the triads in IIO; after offset and scale they are in m/s^2, rad/s and gauss."""
 DEVICES = "sys/bus/iio/devices"
 TIMESTAMP, TEMPERATURE = "in_timestamp", "in_temp"
 BUFFER_SCANS = 1024
@@ -67,9 +71,11 @@ class IioDevice:
     """Folder of the device in sysfs."""
     scan: Scan = field(default_factory=lambda: Scan([]))
     """Channels that are captured, once it is open."""
+    left_out: tuple[CalibratedTriad, ...] = ()
+    """Triads that are not captured although it has them."""
     _scaling: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Offset and scale of each channel that is captured."""
-    _mounting: dict[Triad, FloatArray | None] = field(default_factory=dict)
+    _mounting: dict[CalibratedTriad, FloatArray | None] = field(default_factory=dict)
     _changed: list[tuple[Path, str]] = field(default_factory=list)
     _file: int | None = None
     _rest: bytes = b""
@@ -80,17 +86,17 @@ class IioDevice:
         return _text(self.folder / "name") or self.folder.name.removeprefix("iio:")
 
     @property
-    def triads(self) -> list[Triad]:
+    def triads(self) -> list[CalibratedTriad]:
         """Those of which all three axes can be captured."""
         elements = self._all_elements()
         return [
             triad
             for triad, channel in CHANNELS.items()
-            if all(f"{channel}_{axis}" in elements for axis in "xyz")
+            if triad not in self.left_out and all(f"{channel}_{axis}" in elements for axis in "xyz")
         ]
 
     def open(self, rate: float | None, trigger: str | None) -> None:
-        """Starts capturing both triads, or the only one, and the time; raises `LogError` where it cannot."""
+        """Starts capturing its triads and the time; raises `LogError` where it cannot."""
         try:
             self._set_up(rate, trigger)
         except BaseException:
@@ -110,7 +116,8 @@ class IioDevice:
         if (clock := self.folder / "current_timestamp_clock").exists():
             self._write(clock, CLOCK)
         self._choose_trigger(trigger)
-        if rate is not None:
+        # A magnetometer of its own is slower than any rate that an IMU is set to.
+        if rate is not None and self.triads != ["magnetometer"]:
             self._set_rate(rate)
         self._write(buffer / "length", str(BUFFER_SCANS))
         node = self.root / "dev" / self.folder.name
@@ -155,8 +162,8 @@ class IioDevice:
         self._rest = data[whole:]
         return self.scan.numbers(data[:whole])
 
-    def triad(self, triad: Triad, numbers: Mapping[str, FloatArray]) -> FloatArray:
-        """Returns (n, 3) readings, m/s^2 or rad/s, in the axes of what it is mounted in."""
+    def triad(self, triad: CalibratedTriad, numbers: Mapping[str, FloatArray]) -> FloatArray:
+        """Returns (n, 3) readings, m/s^2, rad/s or gauss, in the axes of what it is mounted in."""
         channel = CHANNELS[triad]
         axes = [self.scaled(f"{channel}_{axis}", numbers) for axis in "xyz"]
         matrix = self._mounting[triad]
@@ -169,11 +176,11 @@ class IioDevice:
         scaled: FloatArray = (numbers[channel] + offset) * scale
         return scaled
 
-    def mount_matrix(self, triad: Triad) -> FloatArray | None:
+    def mount_matrix(self, triad: CalibratedTriad) -> FloatArray | None:
         """(3, 3) matrix to the axes of what it is mounted in; None where it is one, or unknown."""
         return self._mounting.get(triad)
 
-    def _read_mount_matrix(self, triad: Triad) -> FloatArray | None:
+    def _read_mount_matrix(self, triad: CalibratedTriad) -> FloatArray | None:
         for name in (f"{CHANNELS[triad]}_mount_matrix", "in_mount_matrix", "mount_matrix"):
             text = _text(self.folder / name)
             if text:
@@ -253,7 +260,7 @@ class IioDevice:
     def _set_rate(self, rate: float) -> None:
         trigger = _text(self.folder / "trigger/current_trigger")
         beside = [path.parent for path in self.folder.parent.glob("trigger*/name") if _text(path) == trigger]
-        names = [f"{CHANNELS[triad]}_sampling_frequency" for triad in self.triads]
+        names = [f"{CHANNELS[triad]}_sampling_frequency" for triad in self.triads if triad != "magnetometer"]
         places = [self.folder / name for name in (*names, "sampling_frequency")]
         places += [folder / "sampling_frequency" for folder in beside]
         found = [path for path in places if path.exists()]
