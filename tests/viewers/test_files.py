@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import foxglove.layouts
@@ -15,6 +16,8 @@ from redundancy_sets import QUICK
 from tumble.calibration.document import Calibration
 from tumble.foundation.recording import Recording
 from tumble.foundation.results import Rest
+from tumble.procedures.magnetometer.earth_field import earth_field
+from tumble.tools.simulate import simulate_magnetometer
 from tumble.tools.viewers.content import ShownSegment, ShownUnit, ViewerContent, segments_of
 from tumble.tools.viewers.mcap_file import quaternion_of
 from tumble.tools.viewers.ros_messages import STATES, rotation_onto
@@ -108,6 +111,26 @@ def test_parameters_and_verdict_are_those_of_the_calibration(hand):
     assert float(sigma) == pytest.approx(accelerometer.sigma.bias[1], rel=1e-2)
     assert float(values["accelerometer scale z"]) == pytest.approx(accelerometer.K[2, 2], rel=1e-8)
     assert values["accelerometer mounting x, deg"] == "not observable"
+
+
+def test_field_is_shown_raw_and_calibrated_at_its_own_rate(tmp_path):
+    made = simulate_magnetometer(seed=7, rate=50.0)
+    track = made.track.chosen(slice(0, None, 5))
+    recording = replace(made.recording, read_magnetic=lambda: track)
+    calibration = tumble.multipose(recording, magnetometer=earth_field(48.0)).calibration
+    content = ViewerContent("compass", (ShownUnit("imu", recording, calibration),))
+    write_viewer_files(content, rerun=tmp_path / "a.rrd", mcap=tmp_path / "a.mcap")
+    chunks, messages = rerun_chunks(tmp_path / "a.rrd"), mcap_messages(tmp_path / "a.mcap")
+    corrected = calibration.correct_magnetic(track.field)
+    for form, values in (("raw", track.field), ("calibrated", corrected)):
+        stamps, found = column(chunks[f"/imu/{form}/magnetometer"], "Scalars:scalars")
+        assert stamps == pytest.approx(track.time, abs=1e-9)
+        assert np.array_equal(np.array(found), values)
+        sent = [message.magnetic_field for _, message in messages[f"/imu/{form}/mag"]]
+        assert np.array([[each.x, each.y, each.z] for each in sent]) == pytest.approx(1e-6 * values)
+    layout = json.loads((tmp_path / "a-layout.json").read_text())
+    paths = [path["value"] for path in layout["configById"]["Plot!field"]["paths"] if path["enabled"]]
+    assert paths == [f"/imu/calibrated/mag.magnetic_field.{axis}" for axis in "xyz"]
 
 
 def fields_of(store, message_type, path):

@@ -139,7 +139,7 @@ class Conditioner:
         empty = ~magnetic.any(axis=1)
         if empty.all():
             return None
-        found = magnetic @ self._from_field.T
+        found: FloatArray = magnetic @ self._from_field.T
         found[empty] = np.nan
         return found
 

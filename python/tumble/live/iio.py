@@ -159,7 +159,7 @@ class IioSource(ConditionedSource):
             )
         if self._magnetometer is not None and len(self._opened) > 1:
             notices.append("readings of the magnetometer are put beside the sample that came next")
-        of_triads: dict[CalibratedTriad, IioDevice] = {**self._devices}
+        of_triads: dict[CalibratedTriad, IioDevice] = dict(self._devices.items())
         if self._magnetometer is not None:
             of_triads["magnetometer"] = self._magnetometer
         turned = [triad for triad, device in of_triads.items() if device.mount_matrix(triad) is not None]

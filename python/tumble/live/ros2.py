@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from cyclonedds.core import Listener
@@ -94,7 +95,7 @@ class Ros2Source(ConditionedSource):
             if (beside := self._field_beside(domain)) is not None:
                 self._field_topic = beside.name
                 self._fields = domain.reader(beside.name, beside.reliability, Listener(), FieldMessage)  # type: ignore[no-untyped-call]
-            self._reader = domain.reader(self.topic, self._quality, _Signal(signal))
+            self._reader = domain.reader(self.topic, self._quality, _Signal(signal), ImuMessage)
             opened.callback(self._close)
             self._open = opened.pop_all()
         return self
@@ -179,14 +180,15 @@ class _Signal(Listener):
             os.write(self._descriptor, b"\0")
 
 
-def _stamps(messages: Sequence[ImuMessage | FieldMessage]) -> NDArray[np.int64]:
-    """Returns the stamps of messages, ns."""
+def _stamps(messages: Sequence[ImuMessage | FieldMessage]) -> NDArray[Any]:
+    """Returns the stamps of messages, ns, as whole numbers."""
     stamps = [1_000_000_000 * each.header.stamp.sec + each.header.stamp.nanosec for each in messages]
     return np.array(stamps, dtype=np.int64)
 
 
 def _seconds(messages: Sequence[ImuMessage | FieldMessage]) -> FloatArray:
-    return 1e-9 * _stamps(messages)
+    seconds: FloatArray = 1e-9 * _stamps(messages)
+    return seconds
 
 
 def _samples(messages: list[ImuMessage]) -> RawSamples:

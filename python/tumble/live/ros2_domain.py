@@ -113,14 +113,14 @@ class Domain:
         return None
 
     def reader(
-        self, topic: str, reliability: str, listener: Listener, kind: type[Message] = ImuMessage
+        self, topic: str, reliability: str, listener: Listener, kind: type[Message]
     ) -> DataReader[Message]:
         """Creates a reader of a topic of messages of a type."""
         return DataReader(
             self._participant, self._topic(topic, kind), qos=_qos(reliability), listener=listener
         )
 
-    def writer(self, topic: str, kind: type[Message] = ImuMessage) -> DataWriter[Message]:
+    def writer(self, topic: str, kind: type[Message]) -> DataWriter[Message]:
         """Creates a reliable writer of a topic, for readers of either kind."""
         return DataWriter(self._participant, self._topic(topic, kind), qos=_qos(RELIABLE))
 

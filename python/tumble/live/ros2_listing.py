@@ -10,6 +10,7 @@ from tumble.live.address import Address
 from tumble.live.rate_watch import RateWatch
 from tumble.live.ros2_domain import FOUND_WITHIN, MOST_WAITING, Domain, Sender
 from tumble.live.ros2_names import IMU_TYPE, ros_name
+from tumble.live.ros2_types import ImuMessage
 from tumble.live.topics import HEARD_FOR, SentTopic
 
 
@@ -41,7 +42,7 @@ def list_topics(address: Address) -> list[SentTopic]:
 
 def _rates(domain: Domain, senders: list[Sender]) -> dict[Sender, float]:
     """Counts messages of each topic for `HEARD_FOR` s, from the first that comes."""
-    readers = {each: domain.reader(each.name, each.reliability, Listener()) for each in senders}  # type: ignore[no-untyped-call]
+    readers = {each: domain.reader(each.name, each.reliability, Listener(), ImuMessage) for each in senders}  # type: ignore[no-untyped-call]
     watches = {each: RateWatch() for each in senders}
     until = time.monotonic() + HEARD_FOR
     while (now := time.monotonic()) < until:

@@ -66,7 +66,7 @@ class _Messages:
         try:
             self._write_magnetic(chunk)
             if self._writer is None:
-                self._writer = self._domain.writer(self._topic)
+                self._writer = self._domain.writer(self._topic, ImuMessage)
             for time, force, rate in rows:
                 self._writer.write(_message(time, force, rate))
         except DDSException as error:

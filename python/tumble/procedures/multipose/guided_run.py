@@ -324,8 +324,9 @@ def _earth_field_of(answers: Answers) -> dict[str, EarthField]:
         if strength is not None or longitude is not None:
             raise ProcedureError("the Earth's field is about a magnetometer; choose to calibrate it too")
         return {}
-    place = {name: answers.number(name) for name in ("latitude", "height")}
-    return {"magnetometer": earth_field(strength, longitude=longitude, **place)}
+    latitude, height = answers.number("latitude"), answers.number("height")
+    found = earth_field(strength, latitude=latitude, longitude=longitude, height=height)
+    return {"magnetometer": found}
 
 
 def _direction(up: FloatArray | None) -> CaseDirection | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from tumble.logs import ChunkStream, Counts
 from tumble.logs.ahead import ahead
 from tumble.tools.view.column import Extremes, GrowingColumn
 from tumble.tools.view.levels import level
+from tumble.tools.viewers.content import Form
 
-Form: TypeAlias = Literal["raw", "calibrated"]
 TEMPERATURE: Final = "temperature"
 PAUSE: Final = 1.0
 """s between the files of a recording, of which each has a clock of its own; the core puts as much there."""

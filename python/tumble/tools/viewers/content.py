@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final, Literal, TypeAlias
 
@@ -12,13 +12,16 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.log_time import DATES
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.foundation.results import Parameter, Rest
-from tumble.foundation.units import TRIADS, UNITS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
+from tumble.tools.apply.magnetic import corrected_magnetometer
 
 SegmentState: TypeAlias = Literal[
     "rest", "turn", "left out", "spin", "disturbance", "source", "unhealthy", "collecting"
 ]
+Form: TypeAlias = Literal["raw", "calibrated"]
 EventLevel: TypeAlias = Literal["info", "warning", "error"]
 SEGMENTS: Final = "segments"
 """Lane of rests and of the turns between them."""
@@ -138,6 +141,33 @@ class ShownUnit:
                 last = float(chunk.time[-1]) + shift
                 yield self._corrected(_at(chunk, self.times(chunk.time + shift)))
 
+    @property
+    def shows_field(self) -> bool:
+        """Returns whether it has a magnetometer; in a recording of several files none is shown."""
+        return self.recording.has_magnetometer and not self.recording.parts
+
+    @property
+    def field_forms(self) -> tuple[Form, ...]:
+        """Returns the forms in which its magnetometer is shown."""
+        if not self.shows_field:
+            return ()
+        is_calibrated = self.calibration is not None and self.calibration.magnetometer is not None
+        return ("raw", "calibrated") if is_calibrated else ("raw",)
+
+    def fields(self) -> dict[Form, MagneticTrack]:
+        """Returns the readings of its magnetometer, on the clock of the first unit; those of `field_forms`.
+
+        Raises `LogError` where they cannot be read.
+        """
+        track = self.recording.magnetic if self.shows_field else None
+        if track is None:
+            return {}
+        found: dict[Form, MagneticTrack] = {"raw": track}
+        if "calibrated" in self.field_forms and self.calibration is not None:
+            corrected = corrected_magnetometer(self.calibration, self.recording)
+            found["calibrated"] = track if corrected is None else corrected
+        return {form: replace(each, time=self.times(each.time)) for form, each in found.items()}
+
     def _corrected(self, chunk: Chunk) -> tuple[Chunk, Chunk | None]:
         if self.calibration is None:
             return chunk, None
@@ -186,11 +216,11 @@ def segments_of(rests: Iterable[Rest]) -> tuple[ShownSegment, ...]:
 
 def parameters_of(calibration: Calibration) -> tuple[ShownParameter, ...]:
     """Returns the parameters that a calibration states."""
-    return tuple(each for triad in TRIADS for each in _parameters_of(calibration, triad))
+    return tuple(each for triad in CALIBRATED_TRIADS for each in _parameters_of(calibration, triad))
 
 
-def _parameters_of(calibration: Calibration, triad: Triad) -> Iterator[ShownParameter]:
-    found, unit = getattr(calibration, triad), UNITS[triad]
+def _parameters_of(calibration: Calibration, triad: CalibratedTriad) -> Iterator[ShownParameter]:
+    found, unit = getattr(calibration, triad), CALIBRATED_UNITS[triad]
     if found is None:
         return
     unknown = (np.nan,) * 3

@@ -18,8 +18,8 @@ FIELDS: Final[dict[Triad, str]] = {"accelerometer": "linear_acceleration", "gyro
 COLOURS: Final = ("#d64541", "#3f994f", "#3465c4")
 NEVER: Final = 1_000_000_000
 """s after which parameters, which are stated once, would be shown as out of date."""
-STATES, FORCES, RATES, LOG, UNITS_TAB = (
-    *("StateTransitions!tumble", "Plot!force", "Plot!rate", "RosOut!tumble", "Tab!units"),
+STATES, FORCES, RATES, FIELD, LOG, UNITS_TAB = (
+    *("StateTransitions!tumble", "Plot!force", "Plot!rate", "Plot!field", "RosOut!tumble", "Tab!units"),
 )
 """Names of panels: what kind each is, and which."""
 
@@ -34,6 +34,10 @@ def layout_of(content: ViewerContent) -> dict[str, Any]:
         LOG: {"topicToRender": "/events", "minLogLevel": 1, "searchTerms": []},
         UNITS_TAB: {"activeTabIdx": 0, "tabs": [_tab(unit, names[unit.name]) for unit in content.units]},
     }
+    plots: Any = _split("column", FORCES, RATES, 50)
+    if fields := list(_field_paths(content.units, names)):
+        panels[FIELD] = _plot_of(fields, "T")
+        plots = _split("column", plots, FIELD, 67)
     for unit in content.units:
         panels |= _panels_of(unit, names[unit.name])
     return {
@@ -43,7 +47,7 @@ def layout_of(content: ViewerContent) -> dict[str, Any]:
         "playbackConfig": {"speed": 1},
         "layout": _split(
             "column",
-            _split("row", _split("column", STATES, _split("column", FORCES, RATES, 50), 25), UNITS_TAB, 70),
+            _split("row", _split("column", STATES, plots, 25), UNITS_TAB, 70),
             LOG,
             85,
         ),
@@ -67,21 +71,39 @@ def _states(units: Sequence[ShownUnit], names: dict[str, str]) -> Iterator[dict[
 
 def _plot(triad: Triad, units: Sequence[ShownUnit], names: dict[str, str]) -> dict[str, Any]:
     paths = [
-        {
-            "value": f"/{names[unit.name]}/{form}.{FIELDS[triad]}.{axis}",
-            "label": f"{unit.name} {axis}, {form}",
+        path
+        for unit in units
+        for form, style, enabled in _forms(unit)
+        for path in _axes(f"/{names[unit.name]}/{form}.{FIELDS[triad]}", unit.name, form, style, enabled)
+    ]
+    return _plot_of(paths, UNITS[triad])
+
+
+def _field_paths(units: Sequence[ShownUnit], names: dict[str, str]) -> Iterator[dict[str, Any]]:
+    for unit in units:
+        for form in unit.field_forms:
+            is_last = form == unit.field_forms[-1]
+            style = "solid" if is_last else "dotted"
+            place = f"/{names[unit.name]}/{form}/mag.magnetic_field"
+            yield from _axes(place, unit.name, form, style, is_last)
+
+
+def _axes(place: str, unit: str, form: str, style: str, enabled: bool) -> Iterator[dict[str, Any]]:
+    for axis, colour in zip("xyz", COLOURS, strict=True):
+        yield {
+            "value": f"{place}.{axis}",
+            "label": f"{unit} {axis}, {form}",
             "color": colour,
             "lineStyle": style,
             "enabled": enabled,
             "timestampMethod": "headerStamp",
         }
-        for unit in units
-        for form, style, enabled in _forms(unit)
-        for axis, colour in zip("xyz", COLOURS, strict=True)
-    ]
+
+
+def _plot_of(paths: list[dict[str, Any]], unit: str) -> dict[str, Any]:
     return {
         "paths": paths,
-        "yAxisLabel": UNITS[triad],
+        "yAxisLabel": unit,
         "xAxisVal": "timestamp",
         "isSynced": True,
         "showLegend": True,

@@ -1,6 +1,7 @@
 """Content for viewers as MCAP: for Foxglove, with a layout that arranges it, for PlotJuggler and for ROS 2.
 
-Topics are `/UNIT/raw` and `/UNIT/calibrated` (sensor_msgs/Imu), `/UNIT/LANE` (segments), `/UNIT/up`,
+Topics are `/UNIT/raw` and `/UNIT/calibrated` (sensor_msgs/Imu), with a magnetometer `/UNIT/raw/mag` and
+`/UNIT/calibrated/mag` (sensor_msgs/MagneticField), `/UNIT/LANE` (segments), `/UNIT/up`,
 `/events`, `/calibration` and `/tf`.
 """
 
@@ -74,6 +75,7 @@ def _write(writer: McapWriter, content: ViewerContent, path: Path, progress: Sam
     streams = [(unit, _pieces(unit)) for unit in content.units]
     waiting = [(unit, stream, first) for unit, stream in streams if (first := next(stream, None)) is not None]
     starts = {unit.name: float(first[0].time[0]) for unit, _, first in waiting}
+    fields = {unit.name: _Fields(unit, names[unit.name]) for unit in content.units}
     pending = sorted(_pending(content, names, starts, path), key=lambda each: each.stamp, reverse=True)
     done = 0
     while waiting:
@@ -82,6 +84,7 @@ def _write(writer: McapWriter, content: ViewerContent, path: Path, progress: Sam
         )
         # Messages that belong before these samples come first, so that players need not sort.
         _write_until(writer, pending, int(nanoseconds_of(raw.time[:1], path)[0]))
+        fields[unit.name].write_until(writer, float(raw.time[-1]))
         for form, chunk in (("raw", raw), ("calibrated", corrected)):
             if chunk is not None:
                 writer.write(chunk, f"{names[unit.name]}/{form}", frame=names[unit.name])
@@ -91,6 +94,25 @@ def _write(writer: McapWriter, content: ViewerContent, path: Path, progress: Sam
         if (following := next(stream, None)) is not None:
             waiting.append((unit, stream, following))
     _write_until(writer, pending, None)
+    for each in fields.values():
+        each.write_until(writer, np.inf)
+
+
+class _Fields:
+    """Readings of the magnetometer of a unit, which are written as far as its samples are."""
+
+    def __init__(self, unit: ShownUnit, topic: str) -> None:
+        self._topic = topic
+        self._tracks = unit.fields()
+        self._written = 0
+
+    def write_until(self, writer: McapWriter, time: float) -> None:
+        """Writes the readings up to a time, s of the clock of the first unit."""
+        before = self._written
+        for form, track in self._tracks.items():
+            self._written = int(np.searchsorted(track.time, time, side="right"))
+            part = track.chosen(slice(before, self._written))
+            writer.write_magnetic(part, f"{self._topic}/{form}", frame=self._topic)
 
 
 def _pieces(unit: ShownUnit) -> Iterator[tuple[Chunk, Chunk | None]]:

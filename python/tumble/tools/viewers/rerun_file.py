@@ -17,6 +17,7 @@ from tumble.foundation.recording import Chunk, FloatArray, SampleProgress
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.logs.spec import files_of
 from tumble.tools.viewers.content import (
+    Form,
     SegmentState,
     ShownSegment,
     ShownUnit,
@@ -32,6 +33,7 @@ EVENTS: Final = "/events"
 SET: Final = "/set"
 """Entity under which units stand where the alignment puts them."""
 APPLICATION: Final = "tumble"
+MAGNETOMETER: Final = "magnetometer"
 AXIS_COLOURS: Final = ((214, 69, 65), (63, 153, 79), (52, 101, 196))
 STATE_COLOURS: Final[dict[SegmentState, int]] = {
     "rest": 0x3F994FFF,
@@ -79,6 +81,7 @@ class _Recording:
                 done += len(raw)
                 if progress is not None:
                     progress(done, None)
+            self._send_fields(unit)
             self._send_segments(unit)
         self._send_events()
         # Closes the file, whose end holds its index.
@@ -88,7 +91,8 @@ class _Recording:
         """Sends what holds for all times: names of series, the parameters, the pose in a set."""
         path = self._paths[unit.name]
         for form in forms_of(unit):
-            for triad in unit.recording.metadata.triads:
+            magnetic = (MAGNETOMETER,) if form in unit.field_forms else ()
+            for triad in (*unit.recording.metadata.triads, *magnetic):
                 names = [f"{unit.name} {axis}, {form}" for axis in "xyz"]
                 series = rerun.SeriesLines(names=names, colors=AXIS_COLOURS)
                 self._stream.log(f"{path}/{form}/{triad}", series, static=True)
@@ -104,12 +108,20 @@ class _Recording:
         for form, chunk in zip(forms_of(unit), (raw, corrected), strict=False):
             assert chunk is not None, "a unit without a calibration has raw readings only"
             for triad in unit.recording.metadata.triads:
-                values = getattr(chunk, triad)
-                columns = rerun.Scalars.columns(scalars=values.ravel()).partition([3] * len(values))
-                self._stream.send_columns(f"{path}/{form}/{triad}", [times], columns)
+                self._send_triad(f"{path}/{form}/{triad}", times, getattr(chunk, triad))
         if raw.temperature is not None:
             columns = rerun.Scalars.columns(scalars=raw.temperature)
             self._stream.send_columns(f"{path}/temperature", [times], columns)
+
+    def _send_fields(self, unit: ShownUnit) -> None:
+        for form, track in unit.fields().items():
+            if len(track):
+                place = f"{self._paths[unit.name]}/{form}/{MAGNETOMETER}"
+                self._send_triad(place, self._times(track.time), track.field)
+
+    def _send_triad(self, place: str, times: rerun.TimeColumn, values: FloatArray) -> None:
+        columns = rerun.Scalars.columns(scalars=values.ravel()).partition([3] * len(values))
+        self._stream.send_columns(place, [times], columns)
 
     def _send_segments(self, unit: ShownUnit) -> None:
         path = self._paths[unit.name]
@@ -167,7 +179,7 @@ class _Recording:
         return rerun.TimeColumn(TIME, duration=nanoseconds.astype("timedelta64[ns]"))
 
 
-def forms_of(unit: ShownUnit) -> tuple[str, ...]:
+def forms_of(unit: ShownUnit) -> tuple[Form, ...]:
     """Returns the forms in which its readings are shown."""
     return ("raw",) if unit.calibration is None else ("raw", "calibrated")
 
@@ -197,7 +209,7 @@ def blueprint(content: ViewerContent) -> views.Blueprint:
     return views.Blueprint(
         views.Vertical(
             views.Horizontal(
-                views.Vertical(*charts, row_shares=[2, 3, 3][-len(charts) :]),
+                views.Vertical(*charts, row_shares=_shares(charts)),
                 views.Tabs(*_details(content, paths)),
                 column_shares=[3, 1],
             ),
@@ -208,6 +220,11 @@ def blueprint(content: ViewerContent) -> views.Blueprint:
         views.BlueprintPanel(state="collapsed"),
         views.SelectionPanel(state="collapsed"),
     )
+
+
+def _shares(charts: Sequence[Any]) -> list[int]:
+    """Returns the heights of charts: states need less than readings."""
+    return [2 if isinstance(each, views.StateTimelineView) else 3 for each in charts]
 
 
 def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
@@ -221,6 +238,13 @@ def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
             f"{paths[unit.name]}/{form}/{triad}" for unit in content.units for form in forms_of(unit)[-1:]
         ]
         yield views.TimeSeriesView(contents=shown, name=f"{name}, {UNITS[triad]}", axis_x=everything)
+    fields = [
+        f"{paths[unit.name]}/{form}/{MAGNETOMETER}"
+        for unit in content.units
+        for form in unit.field_forms[-1:]
+    ]
+    if fields:
+        yield views.TimeSeriesView(contents=fields, name="Magnetic field, uT", axis_x=everything)
 
 
 def _details(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
