@@ -7,7 +7,9 @@ from scipy import signal
 from log_fixtures import join, made_up, read, write
 from tumble import _core
 from tumble.acquisition.acquire import acquire, rests_of
+from tumble.bench.log.chart_options import recording_plan
 from tumble.calibration.document import AccelerometerCalibration, Calibration
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording
 from tumble.logs import open_recording
 from tumble.tools.inspect.procedure import inspect
@@ -119,6 +121,26 @@ def test_calibrated_lines_are_corrected_readings(held):
     lines = {line.channel: line for line in samples.lines(0.0, 40.0, 10_000, ("calibrated",))}
     for axis, channel in enumerate(("ax", "ay", "az")):
         np.testing.assert_array_equal(lines[channel].value, force[:, axis])
+
+
+def test_slower_magnetometer_is_held_until_its_next_reading():
+    chunk = made_up_rests()
+    # Ten readings a second, none for 3.1 s, of which one is held for 1 s.
+    taken = chunk.time[::10] + 0.002
+    taken = taken[(taken < 60.0) | (taken > 63.0)]
+    track = MagneticTrack(taken, np.column_stack([taken, -taken, np.full(len(taken), 40.0)]))
+    recording = Recording.from_arrays(
+        "unit", chunk.time, chunk.accelerometer, chunk.gyroscope, chunk.temperature, magnetic=track
+    )
+    samples = kept(recording)
+    shown = samples.values("raw", "mx", slice(None))
+    known = np.isfinite(shown)
+    assert np.count_nonzero(~known[1:]) == pytest.approx(210, abs=2)
+    latest = np.searchsorted(taken, chunk.time[known], side="right") - 1
+    np.testing.assert_array_equal(shown[known], taken[latest])
+    plan = recording_plan([samples], ("raw",))
+    assert [line.channel for line in plan.lines][6:] == ["mx", "my", "mz", "temperature"]
+    assert plan.units[7:10] == ("µT",) * 3
 
 
 def test_spectra_are_those_of_welch():

@@ -133,6 +133,21 @@ def test_field_is_shown_raw_and_calibrated_at_its_own_rate(tmp_path):
     assert paths == [f"/imu/calibrated/mag.magnetic_field.{axis}" for axis in "xyz"]
 
 
+def test_log_of_a_magnetometer_alone_is_shown_with_its_result(tmp_path):
+    made = simulate_magnetometer(seed=7, orientations=40, still=0.0, rate=50.0)
+    rows = np.column_stack([made.track.time, made.track.field])
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header="time_s,mx_uT,my_uT,mz_uT", comments="")
+    files = ("--rerun", tmp_path / "a.rrd", "--mcap", tmp_path / "a.mcap")
+    assert (
+        typed("magnetometer", tmp_path / "a.csv", "--field", "48", "-o", tmp_path / "out", *files).code == 3
+    )
+    messages = mcap_messages(tmp_path / "a.mcap")
+    assert set(messages) == {"/a/raw/mag", "/a/calibrated/mag", "/calibration", "/events"}
+    values = {pair.key: pair.value for pair in messages["/calibration"][0][1].status[0].values}
+    assert (values["field strength, uT"], values["magnetic field dip, deg"]) == (*("48", "not observable"),)
+    assert "/a/calibrated/magnetometer" in rerun_chunks(tmp_path / "a.rrd")
+
+
 def fields_of(store, message_type, path):
     """Follows the fields of a path through the definitions of messages."""
     for name in path:

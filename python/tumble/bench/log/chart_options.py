@@ -13,6 +13,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from tumble.bench.log.palette import DARK, LIGHT, Palette
+from tumble.calibration.document import Calibration
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS, MICROTESLA
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.translation import translated
 from tumble.foundation.units import CHANNELS, UNITS, Triad, channels_of, triad_of
@@ -31,7 +33,7 @@ LANE: Final = 22
 """px of the lane of segments."""
 LEGEND: Final = 26
 GAP: Final = 34
-HEIGHTS: Final = {1: 480, 2: 290, 3: 190}
+HEIGHTS: Final = {1: 480, 2: 290, 3: 190, 4: 160}
 """px of the chart of one quantity, by their number."""
 FOOT: Final = 76
 POINTS: Final = 500
@@ -91,8 +93,9 @@ def recording_plan(units: Sequence[KeptSamples], forms: Sequence[Form], date: st
 def _quantities(units: Sequence[KeptSamples]) -> list[tuple[str, ...]]:
     """Returns the channels of each chart, top down."""
     recorded = {channel for unit in units for channel in unit.channels}
-    charts = [tuple(each for each in channels_of(triad) if each in recorded) for triad in UNITS]
-    return [chart for chart in (*charts, (TEMPERATURE,) if TEMPERATURE in recorded else ()) if chart]
+    of_triads = [*(channels_of(triad) for triad in UNITS), MAGNETIC_CHANNELS, (TEMPERATURE,)]
+    charts = [tuple(each for each in channels if each in recorded) for channels in of_triads]
+    return [chart for chart in charts if chart]
 
 
 def _series_facts(
@@ -104,13 +107,21 @@ def _series_facts(
         for unit in units
         for form in forms
         for channel in channels
-        if channel in unit.channels
-        and (form == "raw" or (unit.calibration is not None and channel != TEMPERATURE))
+        if channel in unit.channels and (form == "raw" or _is_corrected(channel, unit.calibration))
     ]
+
+
+def _is_corrected(channel: str, calibration: Calibration | None) -> bool:
+    """Returns whether readings of a channel are shown corrected too."""
+    if calibration is None or channel == TEMPERATURE:
+        return False
+    return channel not in MAGNETIC_CHANNELS or calibration.magnetometer is not None
 
 
 def _quantity_of(channel: str) -> str:
     """Names the quantity of an axis; empty for temperature, whose lines bear that name."""
+    if channel in MAGNETIC_CHANNELS:
+        return translated("magnetic field")
     if channel not in CHANNELS:
         return ""
     return translated({"accelerometer": "specific force", "gyroscope": "angular rate"}[_triad(channel)])
@@ -121,6 +132,8 @@ def _triad(channel: str) -> Triad:
 
 
 def _unit_of(channel: str) -> str:
+    if channel in MAGNETIC_CHANNELS:
+        return readable_unit(MICROTESLA)
     return readable_unit(UNITS[_triad(channel)] if channel in CHANNELS else "degC")
 
 
@@ -270,7 +283,7 @@ def _series(
 
 
 def _colour(channel: str, palette: Palette) -> str:
-    return palette.axes["xyz".index(channel[-1])] if channel in CHANNELS else palette.other
+    return palette.axes["xyz".index(channel[-1])] if channel != TEMPERATURE else palette.other
 
 
 def _value_axis(name: str, grid: int, palette: Palette) -> Option:

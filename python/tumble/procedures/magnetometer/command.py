@@ -11,6 +11,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
 from tumble.procedures.magnetometer.command_options import EarthFieldOptions
+from tumble.tools.viewers.command_options import ViewerOptions
 
 
 def magnetometer_command(
@@ -37,6 +38,7 @@ def magnetometer_command(
     earth: EarthFieldOptions,
     maker: MakerOptions,
     voice: VoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Calibrate a magnetometer by the Earth's field: hard iron, soft iron, mounting.
@@ -53,7 +55,9 @@ def magnetometer_command(
     from tumble.logs import open_recording
     from tumble.procedures.magnetometer import summary
     from tumble.procedures.magnetometer.procedure import magnetometer
+    from tumble.procedures.magnetometer.viewers import viewer_content
 
+    viewers.check()
     recording = open_recording(log, reading.read(), need_imu=False)
     folder = output or folder_for(log)
     prepare_unit_files(folder, recording.name, "magnetometer")
@@ -71,5 +75,7 @@ def magnetometer_command(
             calibration=calibration,
         )
     well = result.verdict == "calibrated"
-    show_results(summary, result, write_results(result, folder), voice, well=well)
+    files = write_results(result, folder)
+    files |= viewers.write(lambda: viewer_content(result, recording), quiet=voice.quiet)
+    show_results(summary, result, files, voice, well=well)
     end_unless(well)

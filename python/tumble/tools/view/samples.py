@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -11,16 +11,20 @@ from typing import Final, Literal
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS, MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import CHANNELS, TRIADS, Triad, channels_of
 from tumble.logs import ChunkStream, Counts
 from tumble.logs.ahead import ahead
+from tumble.tools.apply.magnetic import corrected_magnetometer
 from tumble.tools.view.column import Extremes, GrowingColumn
 from tumble.tools.view.levels import level
 from tumble.tools.viewers.content import Form
 
 TEMPERATURE: Final = "temperature"
+HELD: Final = 1.0
+"""s for which a reading of a magnetometer is shown where no other follows."""
 PAUSE: Final = 1.0
 """s between the files of a recording, of which each has a clock of its own; the core puts as much there."""
 CHUNK: Final = 1 << 16
@@ -32,7 +36,7 @@ class SampleLine:
     """Samples of one channel that show it in a window."""
 
     channel: str
-    """`ax` to `gz`, or `temperature`."""
+    """`ax` to `gz`, `mx` to `mz`, or `temperature`."""
     form: Form
     time: FloatArray
     """(n,) s from the start of what is shown."""
@@ -83,9 +87,10 @@ class KeptSamples:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Channels that were recorded, temperature last."""
+        """Channels that were recorded, magnetometer and temperature last."""
         warmth = (TEMPERATURE,) if ("raw", TEMPERATURE) in self._columns else ()
-        return (*self.recording.metadata.channels, *warmth)
+        magnetic = MAGNETIC_CHANNELS if ("raw", MAGNETIC_CHANNELS[0]) in self._columns else ()
+        return (*self.recording.metadata.channels, *magnetic, *warmth)
 
     @property
     def start(self) -> float:
@@ -102,6 +107,7 @@ class KeptSamples:
 
         Raises `LogError` where it breaks off or is not fit to use, or the disk is full.
         """
+        fields = self._fields()
         for part in self.recording.parts or (self.recording,):
             begins = self.duration + PAUSE if self._parts else 0.0
             watch, counts, is_first = TimeWatch(), Counts(), True
@@ -111,7 +117,7 @@ class KeptSamples:
                     if self._length:
                         self._gaps.append(self._length - 1)
                     self._parts.append(_Part(part, self._length, float(chunk.time[0]), begins, counts))
-                self._append(chunk, watch)
+                self._append(chunk, watch, fields)
                 is_first = False
                 if progress is not None:
                     progress(self._length, stream.expected if isinstance(stream, ChunkStream) else None)
@@ -119,7 +125,18 @@ class KeptSamples:
                 counts.add(stream.counts)
         self.is_read = True
 
-    def _append(self, chunk: Chunk, watch: TimeWatch) -> None:
+    def _fields(self) -> dict[Form, MagneticTrack]:
+        """Reads the magnetometer, raw and corrected; none of a recording of several files."""
+        track = None if self.recording.parts else self.recording.magnetic
+        if track is None or not len(track):
+            return {}
+        found: dict[Form, MagneticTrack] = {"raw": track}
+        if self.calibration is not None and self.calibration.magnetometer is not None:
+            corrected = corrected_magnetometer(self.calibration, self.recording)
+            found["calibrated"] = track if corrected is None else corrected
+        return found
+
+    def _append(self, chunk: Chunk, watch: TimeWatch, fields: Mapping[Form, MagneticTrack]) -> None:
         steps = np.diff(chunk.time, prepend=watch.end)
         watch.push(chunk.time)
         gaps = np.flatnonzero(steps > watch.longest_step)
@@ -127,6 +144,10 @@ class KeptSamples:
         if self.calibration is not None:
             force, rate = self.calibration.correct(chunk.accelerometer, chunk.gyroscope, chunk.temperature)
             self._keep("calibrated", replace(chunk, accelerometer=force, gyroscope=rate, temperature=None))
+        for form, track in fields.items():
+            held = _held(track, chunk.time)
+            for axis, channel in enumerate(MAGNETIC_CHANNELS):
+                self._push(form, channel, held[:, axis])
         self._time.append(chunk.time)
         self._gaps += (self._length + gaps - 1).tolist()
         self._length += len(chunk)
@@ -339,8 +360,17 @@ def _rows(chunk: Chunk, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> C
     )
 
 
+def _held(track: MagneticTrack, time: FloatArray) -> FloatArray:
+    """Returns the latest reading at each time, (n, 3) uT; NaN before the first, and `HELD` s after one."""
+    latest = np.searchsorted(track.time, time, side="right") - 1
+    is_held = (latest >= 0) & (time - track.time[latest] <= HELD)
+    return np.where(is_held[:, np.newaxis], track.field[latest], np.nan)
+
+
 def channel_name(channel: str) -> str:
     """Names a channel as people do: `accelerometer x`."""
+    if channel in MAGNETIC_CHANNELS:
+        return f"magnetometer {channel[-1]}"
     if channel not in CHANNELS:
         return channel
     return f"{TRIADS[CHANNELS.index(channel) // 3]} {channel[-1]}"

@@ -73,6 +73,7 @@ def _plot(triad: Triad, units: Sequence[ShownUnit], names: dict[str, str]) -> di
     paths = [
         path
         for unit in units
+        if triad in unit.recording.metadata.triads
         for form, style, enabled in _forms(unit)
         for path in _axes(f"/{names[unit.name]}/{form}.{FIELDS[triad]}", unit.name, form, style, enabled)
     ]

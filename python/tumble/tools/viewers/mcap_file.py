@@ -59,7 +59,7 @@ def write_mcap(content: ViewerContent, path: Path, progress: SampleProgress | No
     messages; `LogError` where a recording cannot be read.
     """
     for unit in content.units:
-        if unit.recording.metadata.triads != TRIADS:
+        if unit.recording.metadata.triads not in (TRIADS, ()):
             raise OutputError(
                 f"{path}: an MCAP message holds both triads, and {unit.name} has "
                 f"{unit.recording.metadata.triads[0]} readings only; leave out --mcap"
@@ -76,6 +76,7 @@ def _write(writer: McapWriter, content: ViewerContent, path: Path, progress: Sam
     waiting = [(unit, stream, first) for unit, stream in streams if (first := next(stream, None)) is not None]
     starts = {unit.name: float(first[0].time[0]) for unit, _, first in waiting}
     fields = {unit.name: _Fields(unit, names[unit.name]) for unit in content.units}
+    starts = {name: each.start for name, each in fields.items() if each.start < np.inf} | starts
     pending = sorted(_pending(content, names, starts, path), key=lambda each: each.stamp, reverse=True)
     done = 0
     while waiting:
@@ -105,6 +106,11 @@ class _Fields:
         self._topic = topic
         self._tracks = unit.fields()
         self._written = 0
+
+    @property
+    def start(self) -> float:
+        """Returns the time of the first reading, s; infinite where there is none."""
+        return min((float(track.time[0]) for track in self._tracks.values() if len(track)), default=np.inf)
 
     def write_until(self, writer: McapWriter, time: float) -> None:
         """Writes the readings up to a time, s of the clock of the first unit."""

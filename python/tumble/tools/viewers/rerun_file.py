@@ -235,9 +235,13 @@ def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
         yield views.StateTimelineView(contents=lanes, name="Rests, turns and states", time_view=everything)
     for triad, name in zip(TRIADS, ("Specific force", "Angular rate"), strict=True):
         shown = [
-            f"{paths[unit.name]}/{form}/{triad}" for unit in content.units for form in forms_of(unit)[-1:]
+            f"{paths[unit.name]}/{form}/{triad}"
+            for unit in content.units
+            for form in forms_of(unit)[-1:]
+            if triad in unit.recording.metadata.triads
         ]
-        yield views.TimeSeriesView(contents=shown, name=f"{name}, {UNITS[triad]}", axis_x=everything)
+        if shown:
+            yield views.TimeSeriesView(contents=shown, name=f"{name}, {UNITS[triad]}", axis_x=everything)
     fields = [
         f"{paths[unit.name]}/{form}/{MAGNETOMETER}"
         for unit in content.units
