@@ -43,10 +43,14 @@ def to_flu(axes):
 TO_FLU = {axes: to_flu(axes) for axes in ("FRD", "FLU", "LBU", "DRB")}
 
 
+OFFERED = {"betaflight": {"counts-per-gauss": "1090"}}
+"""Settings by which a target holds all that it can."""
+
+
 def written(folder, word, unit):
     target = TARGETS[word]
     path = folder / f"{word}{target.ending}"
-    exported = export(unit, word, needed(word))
+    exported = export(unit, word, needed(word) | OFFERED.get(word, {}))
     path.write_bytes(exported.content)
     return path, exported
 

@@ -119,7 +119,7 @@ def test_zero_bias_is_not_taken_by_ardupilot_for_no_calibration():
         ("px4", "before SENS_BOARD_ROT"),
         ("ardupilot", "before AHRS_ORIENTATION"),
         ("ardupilot", "INS_GYR_CAL,0 keeps ArduPilot from finding gyroscope biases anew"),
-        ("betaflight", "after align_acc and the alignment of the board"),
+        ("betaflight", "after align_acc, align_mag and the alignment of the board"),
         ("kalibr-noise", "it holds noise alone"),
     ],
 )

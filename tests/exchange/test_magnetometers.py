@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -156,3 +158,16 @@ def test_formats_without_a_place_for_a_magnetometer_report_it(tmp_path):
     exported = export(both, "imucal")
     assert "the magnetometer of both is left out: imucal has no place for one" in exported.remarks
     assert exported.losses == ()
+
+
+def test_betaflight_takes_hard_iron_in_counts_of_the_chip(tmp_path):
+    unit = magnetometer(3)
+    # An HMC5883L has 1090 counts in a gauss, of which one is 100 uT.
+    exported = export(unit, "betaflight", {"counts-per-gauss": "1090", "axes": "FLU"})
+    line = re.search(r"^set mag_calibration = (.*)$", exported.content.decode(), re.MULTILINE).group(1)
+    counts = np.array(line.split(","), dtype=int)
+    assert counts * 100.0 / 1090.0 == pytest.approx(unit.magnetometer.b, abs=0.5 * 100.0 / 1090.0)
+    lost = {each.part for each in exported.losses if each.triad == "magnetometer"}
+    assert {"scale", "mounting", "rounding to counts"} <= lost
+    with pytest.raises(ProcedureError, match="or with --set counts-per-gauss the magnetometer's"):
+        export(unit, "betaflight")
