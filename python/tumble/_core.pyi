@@ -339,6 +339,32 @@ def magnetometer_turned(
     strength_sigma: float = 0.0,
 ) -> MagnetometerFigures: ...
 
+class TargetMagnetometerFigures(TypedDict):
+    """A magnetometer of a target of a turntable, uT; `strength` is a value with its sigma.
+
+    `difference` is the field at the target less that at the reference, upwards, to magnetic north and west,
+    where residuals show it. `rests` are (rest of the reference, strength there less that of all, sigma, why
+    it is not used), with the `field` (k, 3) at the reference.
+    """
+
+    calibration: TriadFigures
+    strength: tuple[float, float]
+    reference_bias: FloatArray
+    reference_bias_sigma: FloatArray
+    difference: FloatArray | None
+    rests: list[tuple[int, float, float, str]]
+    field: FloatArray
+
+def magnetometer_of_target(
+    reference_time: FloatArray,
+    reference_field: FloatArray,
+    time: FloatArray,
+    field: FloatArray,
+    rests: list[tuple[int, tuple[float, float], tuple[float, float]]],
+    force: FloatArray,
+    uncertainty: FloatArray | None = None,
+) -> TargetMagnetometerFigures: ...
+
 class MultiposePoses(TypedDict):
     """One entry a rest; see `tumble.procedures.multipose.result.PoseFit`. `force` (k, 3) m/s^2, corrected."""
 

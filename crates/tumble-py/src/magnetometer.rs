@@ -5,13 +5,17 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tumble_core::model::ModelCovariance;
 use tumble_lab::magnetometer::{
     CalibratedAccelerometer, FieldPoint, FieldSamples, FieldSettings, Magnetometer, MagnetometerError,
     NextField, RestUp, calibrate_at_rests, calibrate_turned,
 };
+use tumble_lab::turntable::magnetometer::{
+    Disturbance, FieldSpan, ReferenceMagnetometer, TargetMagnetometer, calibrate_magnetometer,
+};
 
 use crate::convert::{array1, matrix, rows, stacked};
-use crate::turntable::{CoreError, triad};
+use crate::turntable::{CoreError, core_error, covariance, triad};
 
 /// Calibrates a magnetometer by rests. Samples: time (m,) s, field (m, 3) uT, current (m,) A or throttle. Rests: spans (k, 2) s,
 /// corrected specific force (k, 3) m/s^2, variance (k, 3) of the mean readings. The accelerometer: M (3, 3) and the covariance
@@ -84,6 +88,67 @@ fn magnetometer_turned<'py>(
     };
     let found = py.detach(|| calibrate_turned(&samples, &settings, strength_sigma));
     figures(py, &found.map_err(|error| refusal(py, &error))?)
+}
+
+/// Calibrates the magnetometer of a target of a turntable by that of the reference. Samples of both: time (m,) s, field (m, 3) uT,
+/// those of the reference corrected. Rests both saw: (rest of the reference, span on its clock, span on that of the target), s,
+/// and the specific force (k, 3) m/s^2 of the reference there. `uncertainty` (12, 12), where it is stated, is the covariance of
+/// `[E row by row, e]` of the reference.
+#[pyfunction]
+#[pyo3(signature = (reference_time, reference_field, time, field, rests, force, uncertainty=None))]
+#[allow(clippy::too_many_arguments)]
+fn magnetometer_of_target<'py>(
+    py: Python<'py>,
+    reference_time: PyReadonlyArray1<'py, f64>,
+    reference_field: PyReadonlyArray2<'py, f64>,
+    time: PyReadonlyArray1<'py, f64>,
+    field: PyReadonlyArray2<'py, f64>,
+    rests: Vec<(usize, (f64, f64), (f64, f64))>,
+    force: PyReadonlyArray2<'py, f64>,
+    uncertainty: Option<PyReadonlyArray2<'py, f64>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let force = rows(&force, "force")?;
+    if force.len() != rests.len() {
+        return Err(PyValueError::new_err("rests and force must have the same length"));
+    }
+    let spans: Vec<_> = rests
+        .iter()
+        .zip(force)
+        .map(|((rest, reference, target), force)| FieldSpan {
+            rest: *rest,
+            reference: *reference,
+            target: *target,
+            force: Vector3::from(*force),
+        })
+        .collect();
+    let stated: Option<ModelCovariance<f64>> = uncertainty.map(|array| covariance(&array)).transpose()?;
+    let reference = ReferenceMagnetometer {
+        samples: field_samples(&reference_time, &reference_field, None)?,
+        uncertainty: stated,
+    };
+    let samples = field_samples(&time, &field, None)?;
+    let found = py.detach(|| calibrate_magnetometer(&reference, &samples, &spans));
+    figures_of_target(py, &found.map_err(|error| core_error(py, &error))?)
+}
+
+fn figures_of_target<'py>(py: Python<'py>, found: &TargetMagnetometer) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("calibration", triad(py, &found.calibration)?)?;
+    figures.set_item("strength", found.strength)?;
+    figures.set_item("reference_bias", array1(py, &found.reference_bias.0))?;
+    figures.set_item("reference_bias_sigma", array1(py, &found.reference_bias.1))?;
+    let difference = found.difference.as_ref();
+    figures.set_item("difference", difference.map(|vector| array1(py, vector)))?;
+    let rests = found.rests.iter().map(|rest| {
+        let disturbance = rest.disturbance.map_or("", |why| match why {
+            Disturbance::Strength => "strength",
+            Disturbance::Target => "target",
+        });
+        (rest.rest, rest.deviation.0, rest.deviation.1, disturbance)
+    });
+    figures.set_item("rests", rests.collect::<Vec<_>>())?;
+    figures.set_item("field", stacked(py, found.rests.iter().map(|rest| rest.field)))?;
+    Ok(figures)
 }
 
 fn field_samples<'a>(
@@ -191,5 +256,6 @@ fn refusal_figures<'py>(py: Python<'py>, error: &MagnetometerError) -> PyResult<
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(magnetometer_at_rests, module)?)?;
-    module.add_function(wrap_pyfunction!(magnetometer_turned, module)?)
+    module.add_function(wrap_pyfunction!(magnetometer_turned, module)?)?;
+    module.add_function(wrap_pyfunction!(magnetometer_of_target, module)?)
 }

@@ -102,7 +102,7 @@ fn uncertainty_of(array: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<M
     array.map(|array| covariance(&array)).transpose()
 }
 
-fn covariance(array: &PyReadonlyArray2<'_, f64>) -> PyResult<ModelCovariance<f64>> {
+pub(crate) fn covariance(array: &PyReadonlyArray2<'_, f64>) -> PyResult<ModelCovariance<f64>> {
     let view = array.as_array();
     if view.shape() != [12, 12] || view.iter().any(|value| !value.is_finite()) {
         return Err(PyValueError::new_err(
@@ -407,7 +407,7 @@ fn gyroscope_consistency(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f
     }
 }
 
-fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
+pub(crate) fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
     #[allow(clippy::cast_precision_loss)]
     let values: Vec<(&str, f64)> = match *error {
         TurntableError::TooFewRests { found, needed } => {

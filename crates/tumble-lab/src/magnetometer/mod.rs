@@ -26,4 +26,5 @@ pub use error::MagnetometerError;
 pub use fit::{FieldFit, FieldSettings, fit_field};
 pub use next_field::{NextField, coverage};
 pub use readings::{FieldReading, FieldReadings, Upward};
+pub(crate) use rests::means_at;
 pub use rests::{CalibratedAccelerometer, FieldSamples, RestUp};

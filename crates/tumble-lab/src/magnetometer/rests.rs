@@ -49,30 +49,21 @@ pub(super) fn at_rests(
     rests: &[RestUp],
     accelerometer: &CalibratedAccelerometer,
 ) -> (FieldReadings, Vec<usize>) {
-    let spans: Vec<_> = rests
-        .iter()
-        .map(|rest| {
-            let first = samples.time.partition_point(|t| *t < rest.span.0);
-            (first, samples.time.partition_point(|t| *t <= rest.span.1))
-        })
-        .collect();
-    let places: Vec<usize> = (0..rests.len())
-        .filter(|k| spans[*k].1 >= spans[*k].0 + FEWEST)
-        .collect();
-    let used: Vec<_> = places.iter().map(|k| spans[*k]).collect();
-    let noise = [0, 1, 2].map(|axis| noise_of(samples, &used, axis));
-    let readings = places.iter().map(|k| {
-        let within = spans[*k].0..spans[*k].1;
-        FieldReading {
-            mean: mean(&samples.field[within.clone()]),
-            variance: Vector3::from_fn(|axis, _| noise[axis].variance_of_mean(within.len())),
+    let spans: Vec<_> = rests.iter().map(|rest| rest.span).collect();
+    let means = means_at(samples, &spans);
+    let places: Vec<usize> = (0..rests.len()).filter(|k| means[*k].is_some()).collect();
+    let readings = rests.iter().zip(&means).filter_map(|(rest, mean)| {
+        let found = mean.as_ref()?;
+        Some(FieldReading {
+            mean: found.value,
+            variance: found.variance,
             current: if samples.current.is_empty() {
                 0.0
             } else {
-                mean_of(&samples.current[within])
+                mean_of(&samples.current[found.first..found.end])
             },
-            up: Some(upward(&rests[*k], &accelerometer.inverse)),
-        }
+            up: Some(upward(rest, &accelerometer.inverse)),
+        })
     });
     (
         FieldReadings {
@@ -81,6 +72,38 @@ pub(super) fn at_rests(
         },
         places,
     )
+}
+
+/// Mean of a magnetometer over a span of time.
+pub(crate) struct FieldMean {
+    /// uT.
+    pub(crate) value: Vector3<f64>,
+    /// Variance of each axis, uT^2.
+    pub(crate) variance: Vector3<f64>,
+    /// Its first sample, and the one after its last.
+    first: usize,
+    end: usize,
+}
+
+/// Mean over each span of first and last time; `None` where it holds too few samples.
+pub(crate) fn means_at(samples: &FieldSamples<'_>, spans: &[(f64, f64)]) -> Vec<Option<FieldMean>> {
+    let ends: Vec<_> = spans
+        .iter()
+        .map(|span| {
+            let first = samples.time.partition_point(|t| *t < span.0);
+            let end = samples.time.partition_point(|t| *t <= span.1);
+            (end >= first + FEWEST).then_some((first, end))
+        })
+        .collect();
+    let used: Vec<_> = ends.iter().copied().flatten().collect();
+    let noise = [0, 1, 2].map(|axis| noise_of(samples, &used, axis));
+    let mean_over = |(first, end): (usize, usize)| FieldMean {
+        value: mean(&samples.field[first..end]),
+        variance: Vector3::from_fn(|axis, _| noise[axis].variance_of_mean(end - first)),
+        first,
+        end,
+    };
+    ends.into_iter().map(|ends| ends.map(mean_over)).collect()
 }
 
 /// White noise of an axis as blocks of rests show it, and what single samples scatter.

@@ -60,7 +60,7 @@ pub fn of_grade(grade: &TriadGrade) -> ModelCovariance<f64> {
 const STEP: f64 = 1e-3;
 
 /// Deviation of one triad: `u + E u + e`.
-type ModelDeviation = (Matrix3<f64>, Vector3<f64>);
+pub(super) type ModelDeviation = (Matrix3<f64>, Vector3<f64>);
 
 impl Reference {
     /// Takes in how uncertain the reference is.
@@ -217,14 +217,28 @@ fn explains_norm(
     if rests < FEWEST_RESTS {
         return Ok(false);
     }
+    let means: Vec<_> = (0..rests).map(|k| force_at(unit, k)).collect();
+    let length = (settings.gravity, settings.gravity_sigma);
+    explains_length(&means, &reference.sphere.bias, length, stated, 3)
+}
+
+/// Tests whether noise and stated uncertainty of a reference explain the deviation of `|r - b|` from a length with its
+/// 1-sigma, at all means with their covariances, where `unknowns` were fitted to them.
+pub(super) fn explains_length(
+    means: &[(Vector3<f64>, Matrix3<f64>)],
+    bias: &Vector3<f64>,
+    length: (f64, f64),
+    stated: &ModelCovariance<f64>,
+    unknowns: usize,
+) -> Result<bool, TurntableError> {
+    let rests = means.len();
     let (mut noise, mut residual) = (DMatrix::zeros(rests, rests), DVector::zeros(rests));
     let (mut directions, mut by_error) = (DMatrix::zeros(rests, 3), DMatrix::zeros(rests, 12));
-    for k in 0..rests {
-        let (mean, covariance) = force_at(unit, k);
-        let u = mean - reference.sphere.bias;
+    for (k, (mean, covariance)) in means.iter().enumerate() {
+        let u = mean - bias;
         let direction = u.normalize();
         noise[(k, k)] = direction.dot(&(covariance * direction));
-        residual[k] = u.norm() - settings.gravity;
+        residual[k] = u.norm() - length.0;
         for i in 0..3 {
             directions[(k, i)] = direction[i];
             by_error[(k, 9 + i)] = direction[i];
@@ -233,8 +247,8 @@ fn explains_norm(
             }
         }
     }
-    let of_gravity = DMatrix::from_element(rests, rests, settings.gravity_sigma.powi(2));
-    let joint = noise + &by_error * stated * by_error.transpose() + of_gravity; // eq. 6
+    let of_length = DMatrix::from_element(rests, rests, length.1.powi(2));
+    let joint = noise + &by_error * stated * by_error.transpose() + of_length; // eq. 6
     let solver = joint.cholesky().ok_or(TurntableError::Unsolvable)?;
     let (whitened, weighted) = (solver.solve(&residual), solver.solve(&directions));
     let of_bias = directions.transpose() * &whitened;
@@ -242,12 +256,12 @@ fn explains_norm(
     let found = normal.ok_or(TurntableError::Unsolvable)?.solve(&of_bias);
     let chi_square = residual.dot(&whitened) - of_bias.dot(&found); // eq. 7
     #[allow(clippy::cast_precision_loss)]
-    let freedom = rests as f64 - 3.0;
-    Ok(chi_square_tail(chi_square.max(0.0), freedom) > UNEXPLAINED)
+    let freedom = rests as f64 - unknowns as f64;
+    Ok(freedom > 0.0 && chi_square_tail(chi_square.max(0.0), freedom) > UNEXPLAINED)
 }
 
 /// Columns of a square root of a covariance, twelve; zero where there is none.
-fn roots(covariance: Option<ModelCovariance<f64>>) -> Vec<ModelDeviation> {
+pub(super) fn roots(covariance: Option<ModelCovariance<f64>>) -> Vec<ModelDeviation> {
     let covariance = covariance.unwrap_or_else(ModelCovariance::zeros);
     let eigen = covariance.symmetric_eigen();
     (0..12)
@@ -280,7 +294,7 @@ fn deviated(unit: &Acquired, force: &ModelDeviation, rate: &ModelDeviation) -> A
 }
 
 /// An integral over a length, s, or a mean, of length 1, of a triad that deviates.
-fn moved(of: &Vector3<f64>, length: f64, by: &ModelDeviation) -> Vector3<f64> {
+pub(super) fn moved(of: &Vector3<f64>, length: f64, by: &ModelDeviation) -> Vector3<f64> {
     of + (by.0 * of + by.1 * length) * STEP
 }
 
