@@ -79,6 +79,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.multipose
 	$(BIN)/python -m benchmarks.tremor
 	$(BIN)/python -m benchmarks.magnetometer
+	$(BIN)/python -m benchmarks.turntable_magnetometer
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.noise_terms

@@ -75,6 +75,10 @@ from benchmarks.thermal_loops import COVERAGE as LOOP_COVERAGE
 from benchmarks.thermal_loops import MOST_FALSE_LAGS
 from benchmarks.tremor import COVERAGE as TREMOR_COVERAGE
 from benchmarks.truths import BIASES, DESIGN_MRAD
+from benchmarks.turntable_magnetometer import COVERAGE as TABLE_COVERAGE
+from benchmarks.turntable_magnetometer import LARGEST_RATIO as LARGEST_TABLE_RATIO
+from benchmarks.turntable_magnetometer import LEAST_FOUND as LEAST_NAMED
+from benchmarks.turntable_magnetometer import MOST_ALARMS as MOST_TABLE_ALARMS
 from benchmarks.view import OPEN_GOAL, ZOOM_GOAL
 
 WAYS_OF_MAGNETOMETERS = {"rests": "at rests", "turned": "turned without a rest"}
@@ -178,6 +182,20 @@ def _magnetometer(content: Content) -> Iterator[Goal]:
     what = "magnetometer: recordings of others whose field is as even as by what they published"
     wanted = max(len(recordings), LEAST_RECORDINGS)
     yield Goal(what, f"{wanted}", f"{better}", better >= wanted)
+
+
+def _turntable_magnetometer(content: Content) -> Iterator[Goal]:
+    even, magnet = content["even"], content["magnet"]
+    ratio = max(even["ratio"].values())
+    what = "magnetometer, on a turntable: error over the bound, worst group"
+    yield Goal(what, f"{LARGEST_TABLE_RATIO:g}", f"{ratio:.3f}", ratio <= LARGEST_TABLE_RATIO)
+    what = "magnetometer, on a turntable: share of 95 % intervals that hold the truth"
+    yield _coverage(what, list(even["coverage"].values()), TABLE_COVERAGE)
+    found, alarms = magnet["named_right"], max(1.0 - even["named_right"], even["differences"])
+    what = "magnetometer, on a turntable: magnets near a rest that are named alone"
+    yield Goal(what, _percent(LEAST_NAMED), _percent(found), found >= LEAST_NAMED)
+    what = "magnetometer, on a turntable: undisturbed sessions with a rest, or a difference, named"
+    yield Goal(what, _percent(MOST_TABLE_ALARMS), _percent(alarms), alarms <= MOST_TABLE_ALARMS)
 
 
 def _noise_disturbed(content: Content) -> Iterator[Goal]:
@@ -773,6 +791,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "live_table": _live_table,
     "multipose": _multipose,
     "magnetometer": _magnetometer,
+    "turntable_magnetometer": _turntable_magnetometer,
     "tremor": _tremor,
     "noise_terms": _noise,
     "noise_disturbed": _noise_disturbed,

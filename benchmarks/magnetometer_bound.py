@@ -49,16 +49,16 @@ def rest_bound(played: SimulatedMagnetometer) -> tuple[FloatArray, FloatArray]:
     information = np.zeros((22, 22))
     for quaternion in played.attitudes:
         attitude = _matrix(quaternion)
-        by_truth = _jacobian(lambda x, a=attitude: readings(x, a, np.zeros(3)), truth)  # type: ignore[misc]
-        by_turn = _jacobian(lambda turn, a=attitude: readings(truth, a, turn), np.zeros(3))  # type: ignore[misc]
-        information += _without(by_truth, by_turn, weight)
+        by_truth = jacobian(lambda x, a=attitude: readings(x, a, np.zeros(3)), truth)  # type: ignore[misc]
+        by_turn = jacobian(lambda turn, a=attitude: readings(truth, a, turn), np.zeros(3))  # type: ignore[misc]
+        information += without(by_truth, by_turn, weight)
     covariance = np.linalg.inv(information)[:13, :13]
 
     def shown(x: FloatArray) -> FloatArray:
         return np.append(values(x[:9].reshape(3, 3), x[9:12]), x[12])
 
-    jacobian = _jacobian(shown, truth[:13])
-    return shown(truth[:13]), np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
+    by_state = jacobian(shown, truth[:13])
+    return shown(truth[:13]), np.sqrt(np.diag(by_state @ covariance @ by_state.T))
 
 
 def turned_bound(played: SimulatedMagnetometer) -> tuple[FloatArray, FloatArray]:
@@ -86,18 +86,19 @@ def turned_bound(played: SimulatedMagnetometer) -> tuple[FloatArray, FloatArray]
         return values(matrix, x[6:])[:9]
 
     x = np.concatenate([lower_M[_LOWER], b])
-    jacobian = _jacobian(shown, x)
-    return shown(x), np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
+    by_state = jacobian(shown, x)
+    return shown(x), np.sqrt(np.diag(by_state @ covariance @ by_state.T))
 
 
-def _without(by_truth: FloatArray, by_turn: FloatArray, weight: FloatArray) -> FloatArray:
+def without(by_truth: FloatArray, by_turn: FloatArray, weight: FloatArray) -> FloatArray:
     """Information of readings on the truth, less what the attitude takes (Schur)."""
     whole = by_truth.T * weight
     cross = whole @ by_turn
     return np.asarray(whole @ by_truth - cross @ np.linalg.solve((by_turn.T * weight) @ by_turn, cross.T))
 
 
-def _jacobian(function: Callable[[FloatArray], FloatArray], x: FloatArray) -> FloatArray:
+def jacobian(function: Callable[[FloatArray], FloatArray], x: FloatArray) -> FloatArray:
+    """Returns the derivatives of a function at x, a column for each element, by central differences."""
     steps = 1e-6 * np.maximum(np.abs(x), 1.0)
     columns = [
         (function(x + step * row) - function(x - step * row)) / (2.0 * step)

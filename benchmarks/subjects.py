@@ -39,8 +39,8 @@ SUBJECTS = (
     Subject(
         "magnetometer",
         "Magnetometer",
-        "error and coverage, magnets near rests, recordings of others",
-        ("magnetometer",),
+        "error and coverage by hand and on a turntable, magnets near rests, recordings of others",
+        ("magnetometer", "turntable_magnetometer"),
     ),
     Subject(
         "noise-and-temperature",

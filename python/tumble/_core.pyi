@@ -544,6 +544,8 @@ class SimulatedSession(TypedDict):
     earth_rate: FloatArray
     duration: float
     rests: TrueRestFigures
+    fields: list[FloatArray]
+    """(n, 3) uT of each unit in its case at its samples; only where fields were given."""
     reference: SimulatedUnitFigures
     targets: list[SimulatedUnitFigures]
 
@@ -596,7 +598,7 @@ class SimulatedFlightFigures(TypedDict):
 
 def simulate_flight(text: str) -> SimulatedFlightFigures: ...
 def simulate_spin(text: str) -> SimulatedSpinFigures: ...
-def simulate_turntable(text: str) -> SimulatedSession: ...
+def simulate_turntable(text: str, fields: list[FloatArray] | None = None) -> SimulatedSession: ...
 
 class NoiseTermFigures(TypedDict):
     """One term of noise; units of the field at one unit of the channel."""

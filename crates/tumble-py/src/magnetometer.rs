@@ -11,7 +11,7 @@ use tumble_lab::magnetometer::{
     NextField, RestUp, calibrate_at_rests, calibrate_turned,
 };
 use tumble_lab::turntable::magnetometer::{
-    Disturbance, FieldSpan, ReferenceMagnetometer, TargetMagnetometer, calibrate_magnetometer,
+    FieldDisturbance, FieldSpan, ReferenceMagnetometer, TargetMagnetometer, calibrate_magnetometer,
 };
 
 use crate::convert::{array1, matrix, rows, stacked};
@@ -141,8 +141,8 @@ fn figures_of_target<'py>(py: Python<'py>, found: &TargetMagnetometer) -> PyResu
     figures.set_item("difference", difference.map(|vector| array1(py, vector)))?;
     let rests = found.rests.iter().map(|rest| {
         let disturbance = rest.disturbance.map_or("", |why| match why {
-            Disturbance::Strength => "strength",
-            Disturbance::Target => "target",
+            FieldDisturbance::Strength => "strength",
+            FieldDisturbance::Target => "target",
         });
         (rest.rest, rest.deviation.0, rest.deviation.1, disturbance)
     });

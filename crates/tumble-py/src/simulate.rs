@@ -27,9 +27,11 @@ pub(crate) fn scenario<T: DeserializeOwned>(text: &str) -> PyResult<T> {
     serde_path_to_error::deserialize(tree).map_err(|error| refused(&error))
 }
 
-/// Plays a `TurntableScenario` in JSON, SI units and rad.
+/// Plays a `TurntableScenario` in JSON, SI units and rad. With `fields`, (3,) of the level frame for each unit, each has that
+/// field as its case sees it at its samples.
 #[pyfunction]
-fn simulate_turntable(py: Python<'_>, text: &str) -> PyResult<Py<PyDict>> {
+#[pyo3(signature = (text, fields=None))]
+fn simulate_turntable(py: Python<'_>, text: &str, fields: Option<Vec<[f64; 3]>>) -> PyResult<Py<PyDict>> {
     let scenario = scenario(text)?;
     let session = py
         .detach(|| simulate(&scenario))
@@ -40,6 +42,16 @@ fn simulate_turntable(py: Python<'_>, text: &str) -> PyResult<Py<PyDict>> {
     result.set_item("earth_rate", array1(py, &session.motion.earth_rate()))?;
     result.set_item("duration", session.motion.duration())?;
     result.set_item("rests", rests(py, &session)?)?;
+    if let Some(fields) = fields {
+        let records = core::iter::once(&session.reference).chain(&session.targets);
+        let seen = records.zip(&fields).map(|(record, field)| {
+            let (clock, field) = (record.truth.clock, Vector3::from(*field));
+            let own = |time: &f64| (time - clock.offset) / (1.0 + clock.skew);
+            let times = record.samples.time.iter().map(own);
+            stacked(py, times.map(|time| session.motion.in_case(time, &field)))
+        });
+        result.set_item("fields", seen.collect::<Vec<_>>())?;
+    }
     result.set_item("reference", unit(py, session.reference)?)?;
     let targets: PyResult<Vec<_>> = session
         .targets

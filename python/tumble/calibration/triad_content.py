@@ -79,6 +79,17 @@ def triad_content(triad: TriadResult) -> dict[str, Any]:
     return content
 
 
+def magnetometer_content(triad: TriadResult, source: str) -> dict[str, Any]:
+    """Returns the section of a magnetometer; `source` states what it inherits."""
+    content = triad_content(triad)
+    # Nothing of its noise over time is known from means.
+    for key in ("noise_density", "bias_instability"):
+        del content[key]
+    if triad.inherited is not None:
+        content["inherited"] = inherited_content(triad, source)
+    return content
+
+
 def inherited_content(triad: TriadResult, source: str) -> dict[str, Any]:
     """Returns what reference or gravity, stated by `source`, leave on all targets alike."""
     sigma = {p.name: np.nan if p.inherited is None else p.inherited for p in triad.parameters}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -27,6 +27,11 @@ _BETWEEN = {
     "ramp down": "ramp from rate {} to rest {}",
 }
 """Names of what lies between rests, by the word of the core."""
+_STIMULI: Mapping[CalibratedTriad, str] = {
+    "accelerometer": "specific force along",
+    "gyroscope": "angular rate about",
+    "magnetometer": "a field along",
+}
 VERY_MANY = 1e9
 """Degrees of freedom from which Student's distribution is the normal one."""
 
@@ -89,7 +94,7 @@ def _estimated(seen: Flags, figures: _core.TriadFigures) -> tuple[str, ...]:
 
 def _unobservable(seen: Flags, triad: CalibratedTriad) -> Iterator[str]:
     """Words for what M was not asked; `seen` is (3, 3)."""
-    stimulus = "angular rate about" if triad == "gyroscope" else "specific force along"
+    stimulus = _STIMULI[triad]
     lacking = [axis for column, axis in enumerate("xyz") if not seen[:, column].any()]
     for axis in lacking:
         remedy = "no turn about it was recorded" if triad == "gyroscope" else "no rest shows it"

@@ -89,6 +89,7 @@ enum TableSegment {
     Rest {
         end: f64,
         truth: TrueMotion,
+        level_from_table: Rotation3<f64>,
     },
     Turning {
         start: f64,
@@ -184,11 +185,7 @@ impl TableMotion {
     /// # Panics
     /// Where the session has no pose.
     pub fn truth(&self, t: f64) -> TrueMotion {
-        let segment = self
-            .segments
-            .partition_point(|segment| segment.end() < t)
-            .min(self.segments.len() - 1);
-        match &self.segments[segment] {
+        match self.segment_at(t) {
             TableSegment::Rest { truth, .. } => *truth,
             TableSegment::Turning {
                 start,
@@ -197,6 +194,36 @@ impl TableMotion {
                 ..
             } => self.turning(turn, level_from_table, t - start),
         }
+    }
+
+    /// A vector of the level frame as the case sees it at time `t`, s.
+    ///
+    /// # Panics
+    /// Where the session has no pose.
+    pub fn in_case(&self, t: f64, level: &Vector3<f64>) -> Vector3<f64> {
+        match self.segment_at(t) {
+            TableSegment::Rest { level_from_table, .. } => {
+                self.case_from_table * level_from_table.inverse_transform_vector(level)
+            }
+            TableSegment::Turning {
+                start,
+                turn,
+                level_from_table,
+                ..
+            } => {
+                let (sin, cos) = libm::sincos(turn.progress(t - start).angle);
+                let at_start = level_from_table.inverse_transform_vector(level);
+                self.case_from_table * rotated(&at_start, &turn.axis, -sin, cos)
+            }
+        }
+    }
+
+    fn segment_at(&self, t: f64) -> &TableSegment {
+        let segment = self
+            .segments
+            .partition_point(|segment| segment.end() < t)
+            .min(self.segments.len() - 1);
+        &self.segments[segment]
     }
 
     fn turning(&self, turn: &TableTurn, level_from_table: &Rotation3<f64>, elapsed: f64) -> TrueMotion {
@@ -227,6 +254,7 @@ impl TableMotion {
         self.segments.push(TableSegment::Rest {
             end,
             truth: self.at_rest(&level_from_table),
+            level_from_table,
         });
         self.rests.push(TableRest {
             pose,

@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_that_disagree_are_found_among_twelve_and_none_among_alike() {
+    fn two_that_disagree_are_found_and_none_among_alike() {
         // Deviations from zero, which nothing is fitted to.
         let misfit = |deviations: [f64; 12]| {
             move |kept: &[usize]| {

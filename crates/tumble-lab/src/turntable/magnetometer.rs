@@ -45,7 +45,7 @@ pub struct FieldSpan {
 
 /// Why a rest is not in the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Disturbance {
+pub enum FieldDisturbance {
     /// The strength of the field at the reference departs from that of the other rests.
     Strength,
     /// The reading of the target departs from what the others predict of the field at the reference.
@@ -62,7 +62,7 @@ pub struct FieldAtRest {
     /// Its strength less that of all, uT, and its 1-sigma from noise.
     pub deviation: (f64, f64),
     /// Why it is not in the fit; `None` where it is.
-    pub disturbance: Option<Disturbance>,
+    pub disturbance: Option<FieldDisturbance>,
 }
 
 /// Magnetometer of a target, calibrated.
@@ -103,7 +103,7 @@ pub fn calibrate_magnetometer(
     let stray = stray(&even, stated);
     let used = without(&even, &stray);
     let departs: Vec<usize> = stray.iter().map(|k| even[*k].rest).collect();
-    let fitted = FieldFit::of(&used, stated)?;
+    let fitted = TargetFieldFit::of(&used, stated)?;
     let mut calibration = fitted.calibration()?;
     if let Some(stated) = stated {
         let deviated = roots(Some(*stated)).into_iter().map(|by| {
@@ -111,7 +111,7 @@ pub fn calibrate_magnetometer(
             for rest in &mut rests {
                 rest.common.reference = moved(&rest.common.reference, 1.0, &by);
             }
-            Ok(FieldFit::like(&fitted, &rests)?.solved.model)
+            Ok(TargetFieldFit::like(&fitted, &rests)?.solved.model)
         });
         let responses = deviated.collect::<Result<Vec<_>, TurntableError>>()?;
         calibration.inherited = Some(inherited(&calibration.model, &responses));
@@ -125,9 +125,9 @@ pub fn calibrate_magnetometer(
         field: rest.common.reference - sphere.bias,
         deviation: fitted.field.deviation(&rest.common),
         disturbance: if uneven.contains(&k) {
-            Some(Disturbance::Strength)
+            Some(FieldDisturbance::Strength)
         } else {
-            departs.contains(&rest.rest).then_some(Disturbance::Target)
+            departs.contains(&rest.rest).then_some(FieldDisturbance::Target)
         },
     };
     Ok(TargetMagnetometer {
@@ -189,14 +189,14 @@ fn uneven(rests: &[FieldRest], stated: Option<&ModelCovariance<f64>>) -> Vec<usi
 fn stray(rests: &[FieldRest], stated: Option<&ModelCovariance<f64>>) -> Vec<usize> {
     disagreeing(rests.len(), 3, |kept| {
         let some: Vec<_> = kept.iter().map(|k| rests[*k]).collect();
-        let solved = FieldFit::of(&some, stated).ok()?;
+        let solved = TargetFieldFit::of(&some, stated).ok()?;
         let shown = some.len() >= FEWEST_FIELD_RESTS && !solved.solved.observed.contains(&false);
         shown.then_some((solved.solved.chi_square, solved.solved.degrees_of_freedom))
     })
 }
 
 /// A fit to some rests.
-struct FieldFit {
+struct TargetFieldFit {
     field: ReferenceField,
     observations: Vec<FieldObservation>,
     labels: Vec<ResidualLabel>,
@@ -216,7 +216,7 @@ const NONE: f64 = 1e-18;
 const FALSE_ALARM: f64 = 1e-3;
 const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
 
-impl FieldFit {
+impl TargetFieldFit {
     fn of(rests: &[FieldRest], stated: Option<&ModelCovariance<f64>>) -> Result<Self, TurntableError> {
         let plain = Self::prepared(fit_field(rests, stated)?, rests, 0.0)?;
         let largest = LARGEST_DIFFERENCE * plain.field.strength;
@@ -224,7 +224,7 @@ impl FieldFit {
         if !wide.explains_more(&plain) {
             return Ok(plain);
         }
-        // The part along the field cannot be told from scale: it is taken to be as large as the two parts across it.
+        // Nothing separates the part along the field from scale: it is taken to be as large as those across it.
         let across = wide.difference_across().norm_squared() / 2.0;
         Self::prepared(plain.field, rests, across)
     }
@@ -254,7 +254,7 @@ impl FieldFit {
             largest_bias: LARGEST_FIELD,
             shared,
         };
-        let mut solved = fit::<f64, 4, SHARED, 19>(&observations, &inputs)?;
+        let mut solved = fit::<f64, 4, SHARED, 19>(&observations, &inputs)?; // eq. 48
         if difference > 0.0 {
             solved.degrees_of_freedom = solved.degrees_of_freedom.saturating_sub(3);
         }
@@ -417,7 +417,7 @@ mod tests {
     fn a_magnet_near_one_pose_is_found_and_left_out() {
         let found = calibrated(&played(Vector3::zeros(), Some(4)));
         let disturbed: Vec<_> = found.rests.iter().map(|rest| rest.disturbance).collect();
-        assert_eq!(disturbed[4], Some(Disturbance::Strength));
+        assert_eq!(disturbed[4], Some(FieldDisturbance::Strength));
         assert_eq!(disturbed.iter().flatten().count(), 1);
     }
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 from tumble.calibration.contributions import built_on, log_content
 from tumble.calibration.document import Calibration
-from tumble.calibration.triad_content import inherited_content, triad_content
+from tumble.calibration.triad_content import magnetometer_content as field_content
 from tumble.foundation.plain import plain
 from tumble.foundation.results import Parameter
 from tumble.procedures.magnetometer.result import MagnetometerResult
@@ -33,12 +33,7 @@ def calibration_of(result: MagnetometerResult) -> Calibration:
 def magnetometer_content(result: MagnetometerResult) -> dict[str, Any]:
     """Returns the section of the magnetometer."""
     triad = result.magnetometer
-    content = triad_content(triad)
-    # Nothing of its noise over time is known from means.
-    for key in ("noise_density", "bias_instability"):
-        del content[key]
-    if triad.inherited is not None:
-        content["inherited"] = inherited_content(triad, "field")
+    content = field_content(triad, "field")
     if result.strength_source != "free":
         content["field"] = _quantity(result.strength, result.strength_source)
     if result.aligned:

@@ -7,11 +7,12 @@ from typing import Any
 
 from tumble.calibration.contributions import log_content
 from tumble.calibration.document import Calibration
-from tumble.calibration.triad_content import inherited_content, triads_content
+from tumble.calibration.triad_content import inherited_content, magnetometer_content, triads_content
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import plain
-from tumble.procedures.turntable.result import TargetResult, TurntableResult
+from tumble.foundation.results import TriadResult
+from tumble.procedures.turntable.result import SharedField, TargetResult, TurntableResult
 
 
 def calibration_of(batch: TurntableResult, target: TargetResult) -> Calibration:
@@ -50,9 +51,22 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
     content |= triads_content(target)
     if target.responses:
         content["gyroscope"]["constant_rates"] = [asdict(each) for each in target.responses]
+    if target.magnetometer is not None and target.field is not None:
+        content["magnetometer"] = _magnetometer(target.magnetometer, target.field)
     for triad in (target.accelerometer, target.gyroscope):
         if triad is not None and triad.inherited is not None:
             content[triad.triad]["inherited"] = inherited_content(triad, batch.inherited_from(triad.triad))
     for name, budgets in target.budgets.items():
         content[name]["budget"] = budgets
+    return content
+
+
+def _magnetometer(triad: TriadResult, field: SharedField) -> dict[str, Any]:
+    content = magnetometer_content(triad, field.uncertainty)
+    if field.calibrated_reference:
+        content["field"] = {
+            "value": field.strength,
+            "sigma": field.strength_sigma,
+            "source": "magnetometer of the reference",
+        }
     return content

@@ -28,6 +28,7 @@ from tumble.poses.pose_list import SIX_FACES, PoseList
 from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.certified import CertificateSource, CertifiedReference, day_of
 from tumble.procedures.turntable.commanded import commanded_rates, rates_not_shown, refuse_without_gyroscope
+from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, with_magnetometer_option
 from tumble.procedures.turntable.matching import PoseMatch, match_poses
 from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import TREATMENTS
@@ -192,6 +193,7 @@ def open_session(
     )
     fitted = _fitted_reference(unit, match, settings, of_force, uncertainty)
     asked = procedure_of(reference)
+    magnetometer = ReferenceMagnetometer.of(unit, applied)
     batch = TurntableResult(
         reference=reference_result(
             unit, fitted, match, applied, uncertainty.sources, certified.facts if certified else None
@@ -202,15 +204,18 @@ def open_session(
         gravity=strength,
         gravity_source=source,
         gravity_sigma=place.sigma,
-        options={
-            "clock": clock,
-            "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
-            **({"reference grade": reference_grade} if reference_grade else {}),
-            **({"target grade": target_grade} if target_grade else {}),
-            **(commanded.options() if commanded else {}),
-            "poses": Path(pose_list.source).name if pose_list else "none",
-            **(asked.options if asked else {}),
-        },
+        options=with_magnetometer_option(
+            {
+                "clock": clock,
+                "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
+                **({"reference grade": reference_grade} if reference_grade else {}),
+                **({"target grade": target_grade} if target_grade else {}),
+                **(commanded.options() if commanded else {}),
+                "poses": Path(pose_list.source).name if pose_list else "none",
+                **(asked.options if asked else {}),
+            },
+            magnetometer,
+        ),
         limits=limit_list.content() if limit_list else {},
         warnings=(
             *match.warnings,
@@ -233,6 +238,7 @@ def open_session(
         sources=BudgetSources(uncertainty.errors, place.sigma or 0.0, table_sigma, target_grade)
         if certified
         else None,
+        magnetometer=magnetometer,
     )
     procedure.first_with_gyroscope(unit.name, unit)
     provenance = Provenance(

@@ -72,7 +72,7 @@ def reference_uncertainty(
         if certificate is not None and applied is not None and name in certificate.triads():
             sources[name] = "certificate"
             found = tuple(_of_certificate(applied, certificate, name, day, temperature, grade, walks))
-        elif (stated := _of_calibration(applied, name)) is not None:
+        elif (stated := of_calibration(applied, name)) is not None:
             sources[name] = "calibration"
             found = (StatedError("reference: calibration", "normal", stated),)
         elif name in of_grade:
@@ -95,7 +95,8 @@ def _sum(errors: Sequence[StatedError]) -> FloatArray | None:
     return np.sum([each.covariance for each in errors], axis=0) if errors else None
 
 
-def _of_calibration(applied: Calibration | None, name: TriadName) -> FloatArray | None:
+def of_calibration(applied: Calibration | None, name: CalibratedTriad) -> FloatArray | None:
+    """Returns the covariance (12, 12) of [E row by row, e] of a corrected triad; None if nobody states it."""
     triad: TriadCalibration | None = None if applied is None else getattr(applied, name)
     stated = None if triad is None else triad.total_covariance
     if triad is None or stated is None or not np.isfinite(stated).all():

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as made
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -173,6 +174,43 @@ class ResponseResult:
 
 
 @dataclass(frozen=True, slots=True)
+class FieldAtRest:
+    """Magnetic field at a rest, as the magnetometer of the reference measured it."""
+
+    label: str
+    field: FloatArray
+    """(3,) uT, case frame of the reference."""
+    deviation: float
+    """Its strength less that of all rests, uT."""
+    sigma: float
+    """1-sigma of it from noise, uT."""
+    disturbance: str
+    """Reason why the rest is not used for magnetometers; empty where it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class SharedField:
+    """Magnetic field that the magnetometers of reference and target measured."""
+
+    strength: float
+    """uT."""
+    strength_sigma: float
+    calibrated_reference: bool
+    """Indicates whether the magnetometer of the reference has a calibration."""
+    uncertainty: str
+    """Source of its uncertainty: `calibration`, or `not stated`."""
+    reference_bias: FloatArray
+    """(3,) uT: hard iron at the reference, by the strength of the field in all orientations."""
+    reference_bias_sigma: FloatArray
+    difference: FloatArray | None
+    """(3,) uT: field at the target less that at the reference, across the field: upwards, to magnetic north
+    and west; None where residuals do not show it."""
+    mounting: tuple[Parameter, ...]
+    """Angles of the magnetometer's axes against those of the accelerometer; empty where either lacks."""
+    rests: tuple[FieldAtRest, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class TargetResult(Tabular):
     """One target: its calibration, or why it has none."""
 
@@ -189,6 +227,10 @@ class TargetResult(Tabular):
     """X and Y; empty where the mounting angle was not estimated."""
     temperature: tuple[float, float, float] | None
     """Lowest, mean and highest at rest, degC."""
+    magnetometer: TriadResult | None = None
+    """None where reference or target have none, or the rests do not show it."""
+    field: SharedField | None = None
+    """Field that the magnetometer was calibrated in."""
     missing_samples: int = 0
     """Samples that the log lacks, as the pauses between the others show."""
     log: LogFacts = NO_LOG
@@ -198,7 +240,7 @@ class TargetResult(Tabular):
     responses: tuple[ResponseResult, ...] = ()
     """The gyroscope at constant rates; empty where there were none."""
     checks: tuple[LimitCheck, ...] = ()
-    budgets: Mapping[TriadName, tuple[Budget, ...]] = field(default_factory=dict)
+    budgets: Mapping[TriadName, tuple[Budget, ...]] = made(default_factory=dict)
     """Uncertainty of each parameter, source by source; empty without a certificate of the reference."""
     decision: Decision | None = None
     """Verdicts by the decision rule of the limits; None where they state none."""
@@ -209,10 +251,9 @@ class TargetResult(Tabular):
     """The same without its name, and without the folders of this machine: for files."""
 
     def __repr__(self) -> str:
-        triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad]
         shown = [
             f"{triad.triad} {each.name} = {each.value:.6g} +- {each.sigma:.2g} {each.unit}"
-            for triad in triads
+            for triad in self.triads
             for each in triad.parameters
             if each.observable
         ]
@@ -226,7 +267,7 @@ class TargetResult(Tabular):
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter; one without a parameter where the target was not calibrated."""
         about = {"serial": self.serial, "verdict": self.verdict}
-        triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad and not self.failure]
+        triads = () if self.failure else self.triads
         for triad in triads:
             for parameter in triad.parameters:
                 yield {"target": self.name, "sensor": triad.triad} | parameter.row() | about
@@ -235,10 +276,19 @@ class TargetResult(Tabular):
             yield {"target": self.name, "sensor": ""} | nothing.row() | about
 
     @property
+    def triads(self) -> tuple[TriadResult, ...]:
+        """Triads that were calibrated."""
+        triads = (self.accelerometer, self.gyroscope, self.magnetometer)
+        return tuple(triad for triad in triads if triad is not None)
+
+    @property
     def misfits(self) -> tuple[TriadResult, ...]:
-        """Triads whose residuals the model does not explain."""
-        triads = (self.accelerometer, self.gyroscope)
-        return tuple(triad for triad in triads if triad is not None and not triad.model_met)
+        """Triads whose residuals the model does not explain.
+
+        A field that is not the same at reference and target makes no IMU doubtful: it widens the sigmas of
+        its magnetometer.
+        """
+        return tuple(triad for triad in self.triads if triad.triad != "magnetometer" and not triad.model_met)
 
     @property
     def verdict(self) -> Verdict:
@@ -346,9 +396,9 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     """`standard`, `given`, `WGS 84 at 48.1 deg, 520 m`."""
     gravity_sigma: float | None = None
     """m/s^2; None where nobody states it, and scale is relative to gravity."""
-    options: dict[str, object] = field(default_factory=dict)
+    options: dict[str, object] = made(default_factory=dict)
     """Method options as the calibration file keeps them."""
-    limits: dict[str, object] = field(default_factory=dict)
+    limits: dict[str, object] = made(default_factory=dict)
     """Content of the limits file; empty where there were no limits."""
     warnings: tuple[str, ...] = ()
     software: str = ""

@@ -20,7 +20,7 @@ from tumble.foundation.files import FileKind, replacing
 from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import finite
 from tumble.foundation.results import GROUPS
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.foundation.words import count_of, defused, utf8
 from tumble.procedures.turntable.record import RecordedParameter, TargetRecord
 from tumble.procedures.turntable.report.text import gravity_sentence, mounting_sentence, uncertainty_sentence
@@ -267,7 +267,9 @@ def _chances(records: Sequence[TargetRecord]) -> Iterator[str]:
 
 def _column(records: Sequence[TargetRecord], group: str) -> dict[str, Scale]:
     """Chooses the units that a group is shown in, of all targets."""
-    found = (_worst(record.parameters, f"{triad} {group} ") for record in records for triad in TRIADS)
+    found = (
+        _worst(record.parameters, f"{triad} {group} ") for record in records for triad in CALIBRATED_TRIADS
+    )
     return scales_of((each.unit, each.distance) for each in found if each is not None)
 
 

@@ -28,6 +28,7 @@ from tumble.foundation.results import Trace, TriadName, TriadResult
 from tumble.foundation.units import TRIADS
 from tumble.poses.triads import triad_result
 from tumble.procedures.turntable.budget import BudgetSources
+from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, calibrated_magnetometer
 from tumble.procedures.turntable.matching import PoseMatch
 from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import Treatment, off_diagonals
@@ -62,6 +63,8 @@ class TargetProcedure:
     """Indicates whether the response of gyroscopes to specific force is fitted by request."""
     sources: BudgetSources | None = None
     """Sources of the budgets; None without a certificate of the reference."""
+    magnetometer: ReferenceMagnetometer | None = None
+    """Magnetometer of the reference, where it has one."""
     gyroscopes: dict[str, str] = field(default_factory=dict)
     """Name of the first unit with each gyroscope, by its digest."""
 
@@ -181,6 +184,10 @@ class TargetProcedure:
             missing_samples=unit.acquired.missing,
             log=unit.log,
         )
+        magnetic = calibrated_magnetometer(
+            self.reference, self.magnetometer, unit, figures, result.accelerometer, names
+        )
+        result = replace(result, magnetometer=magnetic.triad, field=magnetic.field)
         return replace(
             result,
             axis_readings=self._axis_readings(result, figures),
@@ -192,6 +199,7 @@ class TargetProcedure:
                 *self._unshown(unit),
                 *self._duplicates(name, unit),
                 *self._warnings(result, figures),
+                *magnetic.warnings,
             ),
         )
 
@@ -267,21 +275,22 @@ class TargetProcedure:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
         yield from self._response(result.gyroscope)
         yield from _drift(figures["accelerometer"])
-        for triad in (result.accelerometer, result.gyroscope):
-            if triad and triad.widening > 1.0:
+        for triad in result.triads:
+            if triad.widening > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
                     f"all sigmas were widened by a factor of {triad.widening:.2g}"
                 )
-            if triad and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
+            if triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
                 yield (
                     f"{triad.triad} residuals are smaller than the noise explains (chi-square "
                     f"{triad.chi_square:.3g} for {triad.degrees_of_freedom}; chance leaves so little in "
                     f"fewer than 1 of {1 / UNLIKELY:.0f} sessions): the sigmas are too large"
                 )
-            if triad:
+            if triad.triad != "magnetometer":
+                # Soft iron leaves as much.
                 yield from _skewed_axes(triad)
 
 

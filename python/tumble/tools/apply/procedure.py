@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,14 +10,12 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.magnetic import MagneticTrack
-from tumble.foundation.recording import Chunk, Recording, RecordingSource, SampleProgress
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
-from tumble.logs import ChunkStream, Facts, ReadOptions, open_mcap_writer, open_recording, open_writer
-from tumble.logs.magnetic_rows import MagneticRows
+from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording
 from tumble.logs.spec import files_of
-from tumble.logs.writers import format_for
+from tumble.logs.writer_with_field import open_writer_with_field
 from tumble.tools.apply.magnetic import corrected_magnetometer, warnings_on_magnetometer
 
 
@@ -88,7 +85,7 @@ def apply(
     temperatures = TemperatureCounts(calibration, metadata.triads)
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
-    with _open_writer(output, format_name, facts, recording, track) as write:
+    with open_writer_with_field(output, format_name, facts, track, inputs=files_of(recording)) as write:
         for chunk in stream:
             temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = calibration.correct(
@@ -107,30 +104,6 @@ def apply(
     return Applied(
         output, samples, (*of_log, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out)
     )
-
-
-@contextmanager
-def _open_writer(
-    output: Path,
-    format_name: str | None,
-    facts: Facts,
-    recording: Recording,
-    track: MagneticTrack | None,
-) -> Iterator[Callable[[Chunk], None]]:
-    """Opens what writes samples, with the readings of a magnetometer in rows or messages of their own."""
-    inputs = files_of(recording)
-    if track is None:
-        with open_writer(output, format_name, facts, inputs=inputs) as writer:
-            yield writer.write
-    elif format_for(output, format_name) == "mcap":
-        with open_mcap_writer(output, facts, inputs=inputs) as topics:
-            topics.write_magnetic(track)
-            yield topics.write
-    else:
-        rows = MagneticRows(track)
-        facts = replace(facts, further=rows.columns)
-        with open_writer(output, format_name, facts, inputs=inputs) as writer:
-            yield lambda chunk: writer.write(rows.beside(chunk))
 
 
 def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:

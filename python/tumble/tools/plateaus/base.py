@@ -9,13 +9,14 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, GyroscopeCalibration, TriadCalibration
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 
 _SHARED = ("axes", "gravity", "reference")
 """Keys of a calibration that the file keeps where all sessions agree."""
 _OF_A_TRIAD = (
     *("unit", "estimated", "unobservable", "rank", "noise_density", "bias_instability", "random_walk"),
     *("noise_density_for_filters", "random_walk_for_filters"),
+    *("field", "dip", "current", "current_sigma", "current_unit"),
 )
 """Keys of a triad that the file takes from the session next to the reference."""
 
@@ -46,13 +47,15 @@ def base_of(sessions: Sequence[AtTemperature], reference: float) -> dict[str, An
     }
     if "reference" not in base and "reference" in contents[0]:
         base |= _shared_reference(contents)
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         section = getattr(nearest, triad)
         if section is None:
             continue
         content = nearest.content()[triad]
         base[triad] = {key: content[key] for key in _OF_A_TRIAD if key in content}
         sections = [getattr(each.calibration, triad) for each in sessions]
+        if None in sections:
+            continue
         base[triad] |= _inherited(sections)
         if isinstance(section, GyroscopeCalibration):
             base[triad] |= _response(sections)

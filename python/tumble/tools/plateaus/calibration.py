@@ -9,7 +9,7 @@ import numpy as np
 from tumble.calibration.document import Calibration
 from tumble.calibration.triad_content import factors_content, sigma_content
 from tumble.foundation.plain import finite_or_none, plain
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.tools.plateaus.result import PlateausResult, TriadOverTemperature
 
 _ELEMENTS = 12
@@ -19,7 +19,7 @@ def calibration_of(result: PlateausResult) -> Calibration:
     """Creates the file: M and b at the reference, and the change of bias and scale with temperature."""
     low, high = result.range
     content: dict[str, Any] = {
-        **{key: value for key, value in result.base.items() if key not in TRIADS},
+        **{key: value for key, value in result.base.items() if key not in CALIBRATED_TRIADS},
         "name": result.name,
         "serial": result.serial,
         "software": result.software,

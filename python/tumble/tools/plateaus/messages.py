@@ -48,6 +48,12 @@ def no_covariance(name: str, triad: str) -> str:
     )
 
 
+MAGNETOMETER_LEFT_OUT = (
+    "the magnetometer is left out, as some of the calibrations have none; their warnings say what disturbed "
+    "the field"
+)
+
+
 def warnings_of(plateaus: Sequence[PlateauFacts], triads: Sequence[TriadOverTemperature]) -> Iterator[str]:
     """Describes where the result knows less than it seems to."""
     low, high = triads[0].range

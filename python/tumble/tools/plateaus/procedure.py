@@ -13,7 +13,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import HIGHEST_ORDER
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import Triad
+from tumble.foundation.units import CalibratedTriad
 from tumble.tools.plateaus import messages
 from tumble.tools.plateaus.base import base_of
 from tumble.tools.plateaus.constancy import constancies
@@ -83,7 +83,7 @@ def plateaus(
         plateaus=facts,
         triads=triads,
         base=base_of(sessions, held_at),
-        warnings=tuple(messages.warnings_of(facts, triads)),
+        warnings=(*_left_out(calibrations), *messages.warnings_of(facts, triads)),
         options={
             "reference": reference,
             "temperatures": None if temperatures is None else list(temperatures),
@@ -92,7 +92,15 @@ def plateaus(
     )
 
 
-def _triad(sessions: Sequence[PlateauSession], triad: Triad, reference: float) -> TriadOverTemperature:
+def _left_out(calibrations: Sequence[Calibration]) -> Iterator[str]:
+    """Reports a magnetometer that not all calibrations hold."""
+    if 0 < sum(each.magnetometer is not None for each in calibrations) < len(calibrations):
+        yield messages.MAGNETOMETER_LEFT_OUT
+
+
+def _triad(
+    sessions: Sequence[PlateauSession], triad: CalibratedTriad, reference: float
+) -> TriadOverTemperature:
     is_shared = shares_inherited(sessions, triad)
     found = observations(sessions, triad, is_shared=is_shared)
     numbers = [each.plateau for each in sessions]

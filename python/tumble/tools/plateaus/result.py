@@ -12,7 +12,7 @@ import numpy as np
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL, LARGEST_WIDENING, Collection, Row, Tabular, Verdict
-from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.units import CALIBRATED_UNITS, CalibratedTriad
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,7 +85,7 @@ class Prediction:
 class TriadOverTemperature:
     """`y = (1 + s(t)) M u + b + d(t)` of one triad, t from the reference in K."""
 
-    triad: Triad
+    triad: CalibratedTriad
     reference: float
     """degC at which M and b hold."""
     range: tuple[float, float]
@@ -125,7 +125,7 @@ class TriadOverTemperature:
     @property
     def unit(self) -> str:
         """Unit of the readings."""
-        return UNITS[self.triad]
+        return CALIBRATED_UNITS[self.triad]
 
     def difference(self, temperature: FloatArray) -> FloatArray:
         """Returns t (n,), K, of temperatures (n,), degC: held at the edge beyond the range."""

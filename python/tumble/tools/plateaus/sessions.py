@@ -10,7 +10,7 @@ import numpy as np
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.tools.plateaus import messages
 from tumble.tools.plateaus.observation import ELEMENTS, Observation
@@ -111,16 +111,17 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
             )
 
 
-def triads_in(sessions: Sequence[PlateauSession]) -> Iterator[Triad]:
+def triads_in(sessions: Sequence[PlateauSession]) -> Iterator[CalibratedTriad]:
     """Yields triads that every session calibrated.
 
-    Raises `ProcedureError` where some sessions have a triad and others have not.
+    Raises `ProcedureError` where some sessions have a triad of the IMU and others have not. A magnetometer
+    is left out there, as the field in a chamber may have been disturbed.
     """
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         having = [getattr(each.calibration, triad) is not None for each in sessions]
         if all(having):
             yield triad
-        elif any(having):
+        elif any(having) and triad != "magnetometer":
             lacking = join(
                 [each.file or each.name for each, has in zip(sessions, having, strict=True) if not has]
             )
@@ -128,7 +129,7 @@ def triads_in(sessions: Sequence[PlateauSession]) -> Iterator[Triad]:
 
 
 def observations(
-    sessions: Sequence[PlateauSession], triad: Triad, *, is_shared: bool
+    sessions: Sequence[PlateauSession], triad: CalibratedTriad, *, is_shared: bool
 ) -> tuple[Observation, ...]:
     """Returns the observations of a triad; what is inherited is left out where all sessions share it.
 
@@ -146,7 +147,9 @@ def observations(
     )
 
 
-def _covariance(section: TriadCalibration, name: str, triad: Triad, *, is_shared: bool) -> FloatArray:
+def _covariance(
+    section: TriadCalibration, name: str, triad: CalibratedTriad, *, is_shared: bool
+) -> FloatArray:
     found = section.covariance if is_shared else section.total_covariance
     if found is None or not np.isfinite(np.diag(found)).any():
         raise ProcedureError(messages.no_covariance(name, triad))
@@ -154,7 +157,7 @@ def _covariance(section: TriadCalibration, name: str, triad: Triad, *, is_shared
     return found
 
 
-def shares_inherited(sessions: Sequence[PlateauSession], triad: Triad) -> bool:
+def shares_inherited(sessions: Sequence[PlateauSession], triad: CalibratedTriad) -> bool:
     """Returns whether all sessions inherit their uncertainty from one source and one reference."""
     sources = set()
     for each in sessions:

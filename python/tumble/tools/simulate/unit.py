@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tumble import _core
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.tools.simulate.fault import Fault
 from tumble.tools.simulate.grade import Grade
@@ -64,6 +65,16 @@ class ClockTruth:
 
 
 @dataclass(frozen=True, slots=True)
+class MagnetometerTruth:
+    """True errors of three magnetometers: `y = M u + b`, `u` the field in the case of the reference, uT."""
+
+    M: FloatArray
+    """(3, 3) sensor from case: soft iron, scale, non-orthogonality and mounting."""
+    b: FloatArray
+    """(3,) uT: hard iron."""
+
+
+@dataclass(frozen=True, slots=True)
 class SimulatedUnit:
     """One unit: what it recorded and what is true of it."""
 
@@ -76,6 +87,8 @@ class SimulatedUnit:
     gyroscope: TriadTruth
     clock: ClockTruth
     faults: tuple[Fault, ...] = ()
+    magnetometer: MagnetometerTruth | None = None
+    """None where it has none."""
 
 
 def simulated_unit(
@@ -86,6 +99,7 @@ def simulated_unit(
     serial: str,
     clock: str,
     faults: Sequence[Fault],
+    magnetic: tuple[MagneticTrack, MagnetometerTruth] | None = None,
 ) -> SimulatedUnit:
     """Puts a unit together from what the native simulator gives; `clock` names the time base it shares."""
     samples = Chunk(figures["time"], figures["accelerometer"], figures["gyroscope"], figures["temperature"])
@@ -102,11 +116,13 @@ def simulated_unit(
             samples.temperature,
             serial=serial,
             clock=clock,
+            magnetic=magnetic[0] if magnetic else None,
         ),
         accelerometer=triad_truth(figures["accelerometer_truth"]),
         gyroscope=triad_truth(figures["gyroscope_truth"]),
         clock=ClockTruth(offset, skew / PPM, phase),
         faults=tuple(faults),
+        magnetometer=magnetic[1] if magnetic else None,
     )
 
 

@@ -19,7 +19,7 @@ def target_html(target: TargetResult) -> str:
     caption = Markup("<caption><b>{}</b> {}: {}</caption>").format(
         target.name, VERDICT_TITLES[target.verdict], text.verdict_sentence(target)
     )
-    rows = [row for triad in (target.accelerometer, target.gyroscope) if triad for row in _triad_rows(triad)]
+    rows = [row for triad in target.triads for row in _triad_rows(triad)]
     head = row("th", ("", "parameter", "value", "± sigma", "unit")) if rows else Markup()
     notes = paragraphs(text.unobserved_sentences(target))
     return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), notes)

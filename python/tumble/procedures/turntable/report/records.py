@@ -64,12 +64,7 @@ def record_of(
 
 
 def _parameters(target: TargetResult) -> tuple[RecordedParameter, ...]:
-    found = [
-        _parameter(triad, each)
-        for triad in (target.accelerometer, target.gyroscope)
-        if triad is not None
-        for each in triad.parameters
-    ]
+    found = [_parameter(triad, each) for triad in target.triads for each in triad.parameters]
     shown = (figure for response in target.responses for figure in response.figures())
     found += [RecordedParameter(f"gyroscope {name}", "ppm", value, sigma) for name, value, sigma in shown]
     return tuple(found)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from tumble.foundation.results import INTERVAL, Rest, TriadName, TriadResult
+from tumble.foundation.results import INTERVAL, Rest, TriadResult
+from tumble.foundation.units import CalibratedTriad
 from tumble.procedures.turntable.report import text
 from tumble.procedures.turntable.report.budgets import (
     BudgetSection,
@@ -15,6 +16,7 @@ from tumble.procedures.turntable.report.budgets import (
     budget_sections,
     decision_section,
 )
+from tumble.procedures.turntable.report.field import FieldSection, field_section
 from tumble.procedures.turntable.report.improvement import improvement
 from tumble.procedures.turntable.report.off_diagonals import OffDiagonalRow, off_diagonal_rows
 from tumble.procedures.turntable.report.rates import ResponseSection, response_section
@@ -93,6 +95,7 @@ class TargetPage:
     mounting: str
     responses: ResponseSection | None
     uncertainty: str
+    field: FieldSection | None
     recording: Picture | None
     rests: tuple[RestRow, ...]
     poses: tuple[PoseRow, ...]
@@ -102,7 +105,6 @@ class TargetPage:
 
 def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
     """Gathers the page of `target`, one of `result.targets`."""
-    triads = [triad for triad in (target.accelerometer, target.gyroscope) if triad is not None]
     return TargetPage(
         name=target.name,
         serial=target.serial,
@@ -115,13 +117,14 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         parameters=tuple(_parameter_sections(target)),
         decision=decision_section(target),
         budgets=budget_sections(target),
-        triads=tuple(_triad_section(triad) for triad in triads),
+        triads=tuple(_triad_section(triad) for triad in target.triads),
         readings=tuple(_reading_picture(result, target, reading) for reading in target.axis_readings),
         no_readings=_why_no_readings(result, target),
         off_diagonals=off_diagonal_rows(target.off_diagonals),
         mounting=text.mounting_sentence(result.reference),
         responses=response_section(target.responses),
         uncertainty=text.uncertainty_sentence(result),
+        field=field_section(target.field),
         recording=_recording(target),
         rests=rest_rows(target.rests, target.log.time),
         poses=pose_rows(result.poses),
@@ -224,9 +227,10 @@ def _highlights(result: TurntableResult, target: TargetResult) -> tuple[tuple[st
 
 
 def _parameter_sections(target: TargetResult) -> Iterator[ParameterSection]:
-    triads: tuple[tuple[TriadName, TriadResult | None], ...] = (
+    triads: tuple[tuple[CalibratedTriad, TriadResult | None], ...] = (
         ("accelerometer", target.accelerometer),
         ("gyroscope", target.gyroscope),
+        ("magnetometer", target.magnetometer),
     )
     for name, triad in triads:
         estimated = parameter_groups(triad, target.checks) if triad else ()

@@ -126,9 +126,8 @@ def fit_in_brief(triad: TriadResult) -> str:
 def unobserved_sentences(target: TargetResult) -> list[str]:
     """Describes all unobservable values of this target, each with its reason; no numbers."""
     sentences: list[str] = []
-    for triad in (target.accelerometer, target.gyroscope):
-        if triad is not None:
-            sentences += _unobserved_by_triad(triad)
+    for triad in target.triads:
+        sentences += _unobserved_by_triad(triad)
     if target.failure:
         return sentences
     for name, found in (("accelerometer", target.accelerometer), ("gyroscope", target.gyroscope)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tumble.foundation.units import Triad
+from tumble.foundation.units import CalibratedTriad
 from tumble.report.identity import Identity
 from tumble.report.page import Picture, ResultPage
 from tumble.tools.plateaus.report.figures import curves_figure
@@ -26,7 +26,7 @@ from tumble.tools.plateaus.result import PlateausResult, TriadOverTemperature
 class PlateausSection:
     """Everything shown of one triad."""
 
-    name: Triad
+    name: CalibratedTriad
     picture: Picture
     parameters: Rows
     orders: tuple[str, ...]

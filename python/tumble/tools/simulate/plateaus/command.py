@@ -38,6 +38,12 @@ def plateaus_command(
         float, typer.Option(help="Bias after warming minus that after cooling, m/s^2.")
     ] = 0.0,
     gyroscope_hysteresis: Annotated[float, typer.Option(help="The same, rad/s.")] = 0.0,
+    magnetometer: Annotated[
+        str, typer.Option(metavar="POWERS", help="Give the units a magnetometer; the same of its bias, uT.")
+    ] = "",
+    magnetometer_scale: Annotated[
+        str, typer.Option(metavar="POWERS", help="The same of its scale, 1/K.")
+    ] = "",
     mounting_change: Annotated[
         float, typer.Option(help="Turn of the unit about x from the coldest to the hottest session, deg.")
     ] = 0.0,
@@ -63,6 +69,8 @@ def plateaus_command(
         gyroscope=_numbers("--gyroscope", gyroscope),
         accelerometer_scale=_numbers("--accelerometer-scale", accelerometer_scale),
         gyroscope_scale=_numbers("--gyroscope-scale", gyroscope_scale),
+        magnetometer=_numbers("--magnetometer", magnetometer),
+        magnetometer_scale=_numbers("--magnetometer-scale", magnetometer_scale),
         accelerometer_hysteresis=accelerometer_hysteresis,
         gyroscope_hysteresis=gyroscope_hysteresis,
         mounting_change_deg=mounting_change,

@@ -8,8 +8,8 @@ from typing import Any
 from tumble.foundation.documents import write_document
 from tumble.foundation.files import prepare_folder
 from tumble.foundation.plain import plain
-from tumble.foundation.units import TRIADS
-from tumble.logs import Facts, open_writer
+from tumble.logs import Facts
+from tumble.logs.writer_with_field import open_writer_with_field
 from tumble.tools.simulate.files import TRUTH, LogFormat, options, pieces
 from tumble.tools.simulate.plateaus.procedure import SimulatedPlateaus
 
@@ -34,9 +34,10 @@ def write_plateaus(
         paths[name] = prepare_folder(folder / name)
         for unit in session.units:
             facts = Facts(serial=unit.recording.metadata.serial)
-            with open_writer(paths[name] / f"{unit.name}.{format}", format, facts) as writer:
+            path = paths[name] / f"{unit.name}.{format}"
+            with open_writer_with_field(path, format, facts, unit.recording.magnetic) as write:
                 for chunk in pieces(unit.samples):
-                    writer.write(chunk)
+                    write(chunk)
     paths["truth"] = folder / "truth.yaml"
     write_document(paths["truth"], _HEADER, _truth(plateaus))
     return paths
@@ -51,7 +52,7 @@ def _truth(plateaus: SimulatedPlateaus) -> dict[str, Any]:
         "temperatures": scenario.temperatures,
         "options": options(scenario),
     }
-    for triad in TRIADS:
+    for triad in scenario.triads:
         found = [plateaus.triad_at(triad, session) for session in range(len(scenario.temperatures))]
         content[triad] = [{"M": matrix, "b": bias} for matrix, bias in found]
     return {key: plain(value) for key, value in content.items()}

@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 
 from tumble import _core
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import TRIADS, CalibratedTriad, Triad
 from tumble.tools.simulate.plateaus.scenario import PlateausScenario
 from tumble.tools.simulate.turntable.procedure import SimulatedTurntable, simulate_turntable
-from tumble.tools.simulate.unit import SimulatedUnit, TriadTruth
+from tumble.tools.simulate.unit import MagnetometerTruth, SimulatedUnit, TriadTruth
 
 SCATTER = 0.1
 """K of the thermometer, 1 sigma."""
+TURN = 55.0
+"""deg about the vertical after each pose, so that a magnetometer meets the field from more directions."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,9 @@ class SimulatedPlateaus:
         """The unit at the reference temperature."""
         return _turntable(self.scenario, 0)["target_1"]
 
-    def triad_at(self, triad: Triad, session: int) -> tuple[FloatArray, FloatArray]:
+    def triad_at(self, triad: CalibratedTriad, session: int) -> tuple[FloatArray, FloatArray]:
         """M (3, 3) and b (3,) of a triad in a session."""
-        truth: TriadTruth = getattr(self.unit, triad)
+        truth: TriadTruth | MagnetometerTruth = getattr(self.unit, triad)
         scenario = self.scenario
         low, high = min(scenario.temperatures), max(scenario.temperatures)
         share = (scenario.temperatures[session] - scenario.reference) / max(high - low, 1.0)
@@ -55,8 +58,19 @@ class SimulatedPlateaus:
         force, rate = (self._changed(drawn, triad, number) for triad in TRIADS)
         samples = Chunk(drawn.samples.time, force, rate, temperature)
         metadata = replace(drawn.recording.metadata, serial=self.unit.recording.metadata.serial)
-        unit = replace(drawn, samples=samples, recording=Recording(metadata, lambda: iter((samples,))))
+        track = self._track(drawn, number)
+        read_magnetic = None if track is None else lambda: track
+        recording = Recording(metadata, lambda: iter((samples,)), read_magnetic=read_magnetic)
+        unit = replace(drawn, samples=samples, recording=recording)
         return replace(session, target_units=(unit,))
+
+    def _track(self, drawn: SimulatedUnit, number: int) -> MagneticTrack | None:
+        own, track = drawn.magnetometer, drawn.recording.magnetic
+        if own is None or track is None:
+            return None
+        matrix, bias = self.triad_at("magnetometer", number)
+        field = (track.field - own.b) @ np.linalg.inv(own.M).T @ matrix.T + bias
+        return replace(track, field=field)
 
     def _changed(self, drawn: SimulatedUnit, triad: Triad, number: int) -> FloatArray:
         own: TriadTruth = getattr(drawn, triad)
@@ -85,4 +99,6 @@ def _turntable(scenario: PlateausScenario, number: int) -> SimulatedTurntable:
         bias_instability=scenario.bias_instability,
         quantisation=False,
         g_sensitivity=False,
+        magnetometer=bool(scenario.magnetometer),
+        heading_turn_deg=TURN if scenario.magnetometer else 0.0,
     )

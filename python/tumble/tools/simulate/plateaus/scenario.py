@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.tools.simulate.grade import Grade, grade_names
 from tumble.tools.simulate.scenario import ScenarioError, is_finite
 
@@ -39,6 +39,12 @@ class PlateausScenario:
     """Excess of the bias after warming over that after cooling, m/s^2."""
     gyroscope_hysteresis: float = 0.0
     """The same, rad/s."""
+    magnetometer: tuple[float, ...] = ()
+    """Change of hard iron, uT/K^k; empty for units without a magnetometer."""
+    magnetometer_scale: tuple[float, ...] = ()
+    """The same of its scale, 1/K^k."""
+    magnetometer_hysteresis: float = 0.0
+    """The same, uT."""
     mounting_change_deg: float = 0.0
     """Turn of the unit about its x axis from the coldest to the hottest session."""
 
@@ -50,7 +56,7 @@ class PlateausScenario:
             raise ScenarioError(f"the seed is {self.seed}; give one between 0 and 2^64 - 1")
         if not self.temperatures or not all(map(is_finite, self.temperatures)):
             raise ScenarioError("give the temperature of each session in degC, such as -20,10,40,70")
-        for name in ("accelerometer", "gyroscope", "accelerometer_scale", "gyroscope_scale"):
+        for name in (*CALIBRATED_TRIADS, *(f"{triad}_scale" for triad in CALIBRATED_TRIADS)):
             powers = getattr(self, name)
             if len(powers) > MOST_POWERS or not all(map(is_finite, powers)):
                 raise ScenarioError(f"{name} needs {MOST_POWERS} finite powers of temperature at most")
@@ -62,14 +68,19 @@ class PlateausScenario:
         """Middle of the range, degC, at which M and b hold."""
         return 0.5 * (min(self.temperatures) + max(self.temperatures))
 
-    def bias_at(self, triad: Triad, session: int) -> FloatArray:
+    @property
+    def triads(self) -> tuple[CalibratedTriad, ...]:
+        """Triads that the units have."""
+        return CALIBRATED_TRIADS if self.magnetometer else TRIADS
+
+    def bias_at(self, triad: CalibratedTriad, session: int) -> FloatArray:
         """(3,) change of the bias in a session from the reference, unit of the triad."""
         powers: tuple[float, ...] = getattr(self, triad)
         hysteresis: float = getattr(self, f"{triad}_hysteresis")
         change = self._polynomial(powers, session) + 0.5 * self.leg(session) * hysteresis
         return np.full(3, change)
 
-    def scale_at(self, triad: Triad, session: int) -> float:
+    def scale_at(self, triad: CalibratedTriad, session: int) -> float:
         """Relative change of the scale in a session from the reference."""
         powers: tuple[float, ...] = getattr(self, f"{triad}_scale")
         return self._polynomial(powers, session)

@@ -68,6 +68,16 @@ class UnitOptions(Options):
     ] = 1.0
     bias_instability: InstabilityOption = True
     g_sensitivity: ResponseOption = True
+    magnetometer: Annotated[
+        bool, typer.Option("--magnetometer", help="Let all units have a magnetometer.")
+    ] = False
+    field_difference: Annotated[
+        float,
+        typer.Option(help="Field at the targets less that at the reference, uT eastwards, by steel nearby."),
+    ] = 0.0
+    disturbed: Annotated[
+        int, typer.Option(metavar="REST", help="Number of the rest at which a magnet is near.")
+    ] = 0
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -89,6 +99,9 @@ class UnitOptions(Options):
             "target_mounting_deg": self.target_mounting,
             "bias_instability": self.bias_instability,
             "g_sensitivity": self.g_sensitivity,
+            "magnetometer": self.magnetometer,
+            "field_difference": self.field_difference,
+            "disturbed": self.disturbed,
             "faults": faults_by_unit(self.fault or [], Fault),
         }
 

@@ -11,7 +11,8 @@ import numpy as np
 from tumble.foundation.documents import write_document
 from tumble.foundation.files import prepare_folder
 from tumble.foundation.plain import plain
-from tumble.logs import Facts, open_writer
+from tumble.logs import Facts
+from tumble.logs.writer_with_field import open_writer_with_field
 from tumble.tools.simulate.files import TRUTH, LogFormat, options, pieces, triad_content, without_none
 from tumble.tools.simulate.turntable.procedure import SimulatedTurntable
 from tumble.tools.simulate.unit import SimulatedUnit
@@ -34,9 +35,10 @@ def write_turntable(
     paths: dict[str, Path] = {}
     for unit in session.units:
         paths[unit.name] = folder / f"{unit.name}.{format}"
-        with open_writer(paths[unit.name], format, Facts(serial=unit.recording.metadata.serial)) as writer:
+        facts = Facts(serial=unit.recording.metadata.serial)
+        with open_writer_with_field(paths[unit.name], format, facts, unit.recording.magnetic) as write:
             for chunk in pieces(unit.samples):
-                writer.write(chunk)
+                write(chunk)
     paths["poses"] = folder / "poses.yaml"
     session.scenario.poses.save(paths["poses"])
     paths["truth"] = folder / "truth.yaml"
@@ -68,5 +70,6 @@ def _unit(unit: SimulatedUnit) -> dict[str, Any]:
         "accelerometer": triad_content(unit.accelerometer),
         "gyroscope": triad_content(unit.gyroscope),
         "clock": {"offset": unit.clock.offset, "skew_ppm": unit.clock.skew, "phase": unit.clock.phase},
+        **({"magnetometer": asdict(unit.magnetometer)} if unit.magnetometer else {}),
         "faults": [without_none(asdict(fault)) for fault in unit.faults],
     }

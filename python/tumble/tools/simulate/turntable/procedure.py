@@ -7,11 +7,15 @@ from dataclasses import dataclass, replace
 from math import radians
 from typing import Any
 
+import numpy as np
+
 from tumble import _core
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Recording
 from tumble.tools.simulate import scenario_json
+from tumble.tools.simulate.turntable.magnetometers import fields_of, magnetometer_of
 from tumble.tools.simulate.turntable.scenario import REFERENCE, TurntableScenario
-from tumble.tools.simulate.unit import PPM, SimulatedUnit, simulated_unit
+from tumble.tools.simulate.unit import PPM, MagnetometerTruth, SimulatedUnit, simulated_unit
 
 CENTRE = (0.0, 0.0, 0.0)
 
@@ -78,10 +82,14 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or TurntableScenario(), **changes)
-    played = scenario_json.play(_core.simulate_turntable, _native(scenario), "session")
+    fields = fields_of(scenario) if scenario.magnetometer else None
+    played = scenario_json.play(
+        lambda text: _core.simulate_turntable(text, fields), _native(scenario), "session"
+    )
+    units = [played["reference"], *played["targets"]]
     reference, *targets = (
-        _unit(scenario, name, figures)
-        for name, figures in zip(scenario.unit_names, [played["reference"], *played["targets"]], strict=True)
+        _unit(scenario, name, figures, _magnetic(scenario, name, played, k) if fields else None)
+        for k, (name, figures) in enumerate(zip(scenario.unit_names, units, strict=True))
     )
     return SimulatedTurntable(
         scenario=scenario,
@@ -160,7 +168,26 @@ def _native_faults(scenario: TurntableScenario, name: str) -> list[dict[str, Any
     ]
 
 
-def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFigures) -> SimulatedUnit:
+def _magnetic(
+    scenario: TurntableScenario, name: str, played: _core.SimulatedSession, place: int
+) -> tuple[MagneticTrack, MagnetometerTruth]:
+    figures = [played["reference"], *played["targets"]][place]
+    offset, skew, _ = figures["clock"]
+    time = figures["time"]
+    near = np.zeros(len(time))
+    if scenario.disturbed:
+        rests, at = played["rests"], scenario.disturbed - 1
+        own = (time - offset) / (1.0 + skew)
+        near = ((own >= rests["start"][at]) & (own <= rests["end"][at])).astype(float)
+    return magnetometer_of(scenario, name, time, played["fields"][place], near)
+
+
+def _unit(
+    scenario: TurntableScenario,
+    name: str,
+    figures: _core.SimulatedUnitFigures,
+    magnetic: tuple[MagneticTrack, MagnetometerTruth] | None,
+) -> SimulatedUnit:
     return simulated_unit(
         figures,
         name=name,
@@ -168,6 +195,7 @@ def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFi
         serial=f"SIM-{scenario.seed}-{scenario.unit_names.index(name)}",
         clock="turntable" if scenario.clocks == "shared" else "",
         faults=scenario.faults_of(name),
+        magnetic=magnetic,
     )
 
 

@@ -54,6 +54,19 @@ class TurntableScenario:
     faults: Mapping[str, Fault | Sequence[Fault]] = field(default_factory=dict)
     """Faults of each unit, by its name."""
 
+    magnetometer: bool = False
+    """Indicates whether all units have a magnetometer."""
+    field_strength: float = 48.0
+    """Strength of the Earth's field, uT."""
+    dip_deg: float = 65.0
+    """Angle by which it points below the horizon, to the north."""
+    field_noise: float = 0.3
+    """Noise of a sample of a magnetometer, uT."""
+    field_difference: float = 0.0
+    """uT eastwards that the field at the targets has more than at the reference, by steel of the room."""
+    disturbed: int = 0
+    """Number of the rest at which a magnet is near; 0 for none."""
+
     poses: PoseList = SIX_FACES
     """Poses that the table is commanded to, and that `poses.yaml` lists."""
     visits: Sequence[str] | None = None
