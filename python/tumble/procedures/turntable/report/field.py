@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.procedures.turntable.result import FieldAtRest, SharedField
-from tumble.report.numbers import measurement, significant
+from tumble.report.numbers import fixed, measurement, significant
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def _sentences(field: SharedField) -> Iterator[str]:
         yield "Residuals show no difference of the field between the places of reference and target."
     else:
         parts = zip(("upwards", "to magnetic north", "to the west"), field.difference, strict=True)
-        places = ", ".join(f"{significant(float(value), 2)} uT {where}" for where, value in parts)
+        places = ", ".join(f"{fixed(float(value), 2)} µT {where}" for where, value in parts)
         yield f"Field at the target less that at the reference, across the field: {places}."
 
 

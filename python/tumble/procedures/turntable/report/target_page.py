@@ -220,7 +220,12 @@ def _highlights(result: TurntableResult, target: TargetResult) -> tuple[tuple[st
     used = sum(rest.used for rest in target.rests)
     tiles = [("Error of |specific force| at rest, before → after", gain.text())] if gain else []
     tiles.append(("Rests used, of those found", f"{used} of {len(target.rests)}"))
-    for name, triad in (("Accelerometer fit", target.accelerometer), ("Gyroscope fit", target.gyroscope)):
+    fits = (
+        ("Accelerometer fit", target.accelerometer),
+        ("Gyroscope fit", target.gyroscope),
+        ("Magnetometer fit", target.magnetometer),
+    )
+    for name, triad in fits:
         if triad is not None:
             tiles.append((name, text.fit_in_brief(triad)))
     return tuple(tiles)
