@@ -687,8 +687,8 @@ def turntable_magnetometer(content: Content) -> Iterator[str]:
         yield _row([name, f"{ratio:.3f}", *held])
     yield ""
     yield (
-        f"{even['sessions']} simulated sessions of twelve rests of 8 s, 0.3 µT of noise a sample at 50 Hz. "
-        f"In {100 * (1 - even['named_right']):.1f} % of them a rest was named, and in "
+        f"{even['sessions']} simulated sessions of twelve rests of {content['rest']:g} s, 0.3 µT of noise a "
+        f"sample at 50 Hz. In {100 * (1 - even['named_right']):.1f} % of them a rest was named, and in "
         f"{100 * even['differences']:.1f} % a difference of the field. "
         "A magnet of 9 µT near one rest: named, and no other rest, in "
         f"{100 * magnet['named_right']:.1f} % of {magnet['sessions']}. A field that differs by "

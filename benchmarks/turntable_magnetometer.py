@@ -28,7 +28,7 @@ BASE_SEED = 910_000
 CORES = 2
 VISITS = ("Z up", "Z down", "X up", "X down", "Y up", "Y down") * 2
 """Twelve rests, between which the table turns about the vertical too."""
-REST, RATE = 8.0, 50.0
+REST, RATE = 15.0, 50.0
 DIFFERENCE = 0.6
 """uT by which the field differs at the target."""
 LARGEST_RATIO = 1.05
@@ -154,7 +154,7 @@ def summed(trials: list[tuple[FloatArray, FloatArray, bool, bool]]) -> Content:
 
 def measure(sessions: int) -> Content:
     """Measures undisturbed sessions, those with a magnet near a rest, and those with a field that differs."""
-    content: Content = {"machine": machine(), "difference": DIFFERENCE}
+    content: Content = {"machine": machine(), "difference": DIFFERENCE, "rest": REST}
     few = max(sessions // 4, 20)
     tasks = {
         "even": [(BASE_SEED + k, 0.0, 0) for k in range(sessions)],

@@ -13,6 +13,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.errors import TumbleError
 from tumble.tools.exchange.procedure import export, import_calibrations
 from tumble.tools.plateaus.report.page import PLATEAUS_REPORT
+from tumble.tools.simulate import simulate_plateaus
 
 SEED = 34
 GRID = np.array([-20.0, -5.0, 10.0, 40.0, 55.0, 70.0])
@@ -166,3 +167,27 @@ def test_what_cannot_be_put_together_is_refused_in_one_line(change, message):
     with pytest.raises(TumbleError, match=message) as caught:
         tumble.plateaus([*sessions[:-1], Calibration.model_validate(content)])
     assert "\n" not in str(caught.value)
+
+
+def test_a_magnetometer_is_fitted_over_temperature_too():
+    simulated = simulate_plateaus(
+        seed=SEED,
+        temperatures=(-20.0, 25.0, 70.0),
+        rate_hz=50.0,
+        magnetometer=(0.02,),
+        magnetometer_scale=(1e-4,),
+    )
+    calibrations = [
+        tumble.turntable(session.reference, session.targets, poses=None).calibration
+        for session in simulated.sessions()
+    ]
+    result = tumble.plateaus(calibrations)
+    triad = result["magnetometer"]
+    assert np.abs((triad.bias[0] - 0.02) / np.sqrt(np.diag(triad.covariance)[12:15])).max() < 4.0
+    assert triad.scale[0] == pytest.approx(1e-4, rel=0.3)
+    section = result.calibration.magnetometer
+    assert section.temperature_drift.reference == pytest.approx(25.0, abs=0.1)
+    with_gap = [calibrations[0].model_copy(update={"magnetometer": None}), *calibrations[1:]]
+    without = tumble.plateaus(with_gap)
+    assert [each.triad for each in without] == ["accelerometer", "gyroscope"]
+    assert any("magnetometer is left out" in warning for warning in without.warnings)

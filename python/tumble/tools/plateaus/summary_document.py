@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from tumble.foundation.printed import Printed, PrintedResult
+from tumble.foundation.units import CalibratedTriad
 from tumble.tools.plateaus.result import Constancy, PlateauFacts, PolynomialScore, Prediction
 from tumble.tools.plateaus.summary import SCHEMA
 
@@ -14,7 +15,7 @@ from tumble.tools.plateaus.summary import SCHEMA
 class PrintedTriad(Printed):
     """The fit of one triad."""
 
-    triad: Literal["accelerometer", "gyroscope"]
+    triad: CalibratedTriad
     chi_square: float
     degrees_of_freedom: int
     widening: dict[str, float]
