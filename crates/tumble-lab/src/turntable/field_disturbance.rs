@@ -6,8 +6,9 @@ use crate::turntable::widening;
 /// Chance of finding a rest where all agree.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// Most rests that are left out, as a share of all.
-const MOST: usize = 3;
+/// Most rests that are left out: one in so many, and so many at all, as each step tries every rest.
+const ONE_IN: usize = 3;
+const MOST: usize = 8;
 
 /// Sum of squared residuals of some rests, and its degrees of freedom.
 pub(super) type Misfit = (f64, u32);
@@ -28,7 +29,7 @@ pub(super) fn disagreeing(
         return Vec::new();
     }
     let (mut gone, mut best) = (Vec::new(), (FALSE_ALARM, Vec::new()));
-    while gone.len() < count / MOST {
+    while gone.len() < (count / ONE_IN).min(MOST) {
         let without = |place: usize| {
             let mut others = kept.clone();
             let rest = others.remove(place);

@@ -48,9 +48,11 @@ def _sentences(field: SharedField) -> Iterator[str]:
     if field.difference is None:
         yield "Residuals show no difference of the field between the places of reference and target."
     else:
-        parts = zip(("upwards", "to magnetic north", "to the west"), field.difference, strict=True)
-        places = ", ".join(f"{fixed(float(value), 2)} µT {where}" for where, value in parts)
-        yield f"Field at the target less that at the reference, across the field: {places}."
+        up, north, west = (fixed(float(value), 2) for value in field.difference)
+        yield (
+            f"Field at the target less that at the reference, across the field: {up} µT upwards, {north} µT to "
+            f"magnetic north, {west} µT to the west."
+        )
 
 
 def _row(rest: FieldAtRest) -> FieldRow:
