@@ -161,7 +161,7 @@ LAYERS: dict[str, set[str]] = {
     "to_calibration": DATA | {"result", "calibration"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "log_time", "magnetic", "debugging"},
+    | {"body_axes", "log_time", "magnetic", "debugging", "_core"},
     "live": {
         "numbers",
         "units",

@@ -47,6 +47,15 @@ class RecordRow(TypedDict):
 def record_table() -> list[RecordRow]:
     """Give the numbers of a record, in the order of its bytes."""
 
+def gather(target: FloatArray, first: int, x: FloatArray, y: FloatArray, z: FloatArray) -> None:
+    """Puts columns (m,), with any stride, into the rows of `target` (n, 3) from the one of that number on."""
+
+def largest(values: FloatArray) -> float:
+    """Largest absolute value of numbers, 0 where there are none; NaN where one is not finite."""
+
+def steps(time: FloatArray) -> tuple[int, int]:
+    """Counts the (n,) times that do not rise, or are NaN, after the one before, and those that equal it."""
+
 def stamps_are_late(stamps: FloatArray) -> bool:
     """Whether (n,) stamps, s, scatter so much that even times differ from them."""
 

@@ -10,6 +10,7 @@ mod distributions;
 mod magnetometer;
 mod multipose;
 mod noise;
+mod readings;
 mod record;
 mod redundancy;
 mod redundancy_values;
@@ -36,6 +37,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     magnetometer::register(module)?;
     multipose::register(module)?;
     noise::register(module)?;
+    readings::register(module)?;
     record::register(module)?;
     redundancy::register(module)?;
     rotation::register(module)?;

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble import _core
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.units import UNITS
@@ -25,6 +25,7 @@ from tumble.logs.row_order import (
     select,
 )
 from tumble.logs.track import LoggedImu, RawSamples
+from tumble.logs.triads import largest_each
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
@@ -278,8 +279,8 @@ class ChunkStream(Iterator[Chunk]):
         return found
 
     def _is_sound(self, chunk: Chunk) -> bool:
-        """Returns whether all is finite and within usual readings: two passes where masks would take many."""
-        largest = {what: _largest(values) for what, values in self._quantities(chunk).items()}
+        """Returns whether all is finite and within usual readings: one pass where masks would take many."""
+        largest = {what: _core.largest(values) for what, values in self._quantities(chunk).items()}
         is_sound = all(value <= self._largest_usual[what] for what, value in largest.items())
         for what, value in largest.items():
             self._largest[what] = max(self._largest.get(what, 0.0), value if is_sound else math.inf)
@@ -328,7 +329,7 @@ class ChunkStream(Iterator[Chunk]):
     def _possible(self, chunk: Chunk, numbers: Numbers) -> Mask:
         """Omits and counts readings that no sensor gives."""
         impossible = {
-            what: _largest_each(values) > _LARGEST_POSSIBLE[what]
+            what: largest_each(values) > _LARGEST_POSSIBLE[what]
             for what, values in self._quantities(chunk).items()
         }
         if self._gyroscope_unit_is_assumed:
@@ -347,7 +348,7 @@ class ChunkStream(Iterator[Chunk]):
             if len(chunk) < _FEWEST_FOR_SPIKES or not self._largest[what] > least:
                 continue
             values = self._quantities(chunk)[what]
-            if not _largest(values) > least:
+            if not _core.largest(values) > least:
                 continue
             # A product of BLAS wakes threads, which wait busily and take longer than the sum.
             usual = float(np.sqrt(np.einsum("ij,ij", values, values) / values.size))
@@ -396,12 +397,12 @@ class ChunkStream(Iterator[Chunk]):
     def _drop_duplicates(self, chunk: Chunk) -> Chunk:
         if len(chunk) == 0:
             return chunk
+        begins_again = self._last is not None and chunk.time[0] == self._last.time[-1]
+        if not begins_again and _core.steps(chunk.time)[1] == 0:
+            return chunk
         doubled = np.zeros(len(chunk), dtype=np.bool_)
         doubled[1:] = chunk.time[1:] == chunk.time[:-1]
-        if self._last is not None:
-            doubled[0] = chunk.time[0] == self._last.time[-1]
-        if not doubled.any():
-            return chunk
+        doubled[0] = begins_again
         self.counts.duplicates += int(doubled.sum())
         self.counts.clashes += int((doubled & self._differs_from_previous(chunk)).sum())
         return select(chunk, ~doubled)
@@ -430,7 +431,7 @@ class ChunkStream(Iterator[Chunk]):
         """Raises `LogError` where rates of unknown unit are too large for rad/s, but for single samples."""
         if not self._gyroscope_unit_is_assumed or len(chunk) == 0:
             return
-        largest = np.nan_to_num(_largest_each(chunk.gyroscope))
+        largest = np.nan_to_num(largest_each(chunk.gyroscope))
         fast = (largest > IMPOSSIBLE_RAD_PER_S) & (largest < LARGEST_SI)
         fast &= ~_stand_alone(chunk.gyroscope, IMPOSSIBLE_RAD_PER_S)
         if fast.any():
@@ -472,21 +473,9 @@ class ChunkStream(Iterator[Chunk]):
             )
 
 
-def _largest(values: FloatArray) -> float:
-    """Largest absolute value of some; NaN where one is."""
-    return max(float(values.max()), -float(values.min()))
-
-
-def _largest_each(values: FloatArray) -> FloatArray:
-    """Largest absolute value of each sample, (n,), of (n,) or (n, 3); n may be zero."""
-    sizes: FloatArray = np.abs(values)
-    # Column by column, which takes a third of the time of a reduction of rows of three.
-    return sizes if sizes.ndim == 1 else reduce(np.maximum, sizes.T)
-
-
 def _stand_alone(values: FloatArray, least: float) -> Mask:
     """Finds the samples of (n, 3) that read more than `least` and twice what those beside them do."""
-    largest = np.nan_to_num(_largest_each(values))
+    largest = np.nan_to_num(largest_each(values))
     if len(largest) < 2:
         return largest > least
     before = np.concatenate([largest[1:2], largest[:-1]])

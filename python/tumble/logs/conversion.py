@@ -14,6 +14,7 @@ from tumble.foundation.recording import FloatArray, ResolvedUnit
 from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
+from tumble.logs.triads import change_axes, gathered, largest_each, whole
 from tumble.logs.units import (
     IMU_STEPS,
     MAGNETOMETER_STEPS,
@@ -89,11 +90,8 @@ class TriadConversion:
     def __call__(self, values: FloatArray) -> FloatArray:
         """Converts (n, 3) in place where no axis changes places."""
         if self.source != (0, 1, 2):
-            values = np.ascontiguousarray(values[:, self.source])
-        if self._shift is not None:
-            values -= self._shift
-        if self._stretch is not None:
-            values *= self._stretch
+            values = gathered([values[:, axis] for axis in self.source])
+        change_axes(values, self._shift, self._stretch)
         return values
 
 
@@ -184,14 +182,14 @@ def _credible(track: Stating, triad: Triad, readings: FloatArray, recorded: Coll
     """Returns only plausible readings, from which units are guessed."""
     if triad not in recorded:
         return readings
-    numbers = np.isfinite(readings).all(axis=1)
+    numbers = whole(readings)
     if not numbers.any():
         raise LogError(
             f"{track.source}: {triad} holds no number in its first {len(readings)} samples; check its columns"
         )
     kept = credible(readings)
     if not np.isfinite(kept).any():
-        smallest = float(np.abs(readings[numbers]).max(axis=1).min())
+        smallest = float(largest_each(readings[numbers]).min())
         raise LogError(
             f"{track.source}: {triad} reads {smallest:.4g} and more in its first {len(readings)} samples, "
             "which no sensor says; check its columns"
@@ -284,7 +282,7 @@ def _accelerometer(
     stated = stated_unit("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     if options.channel is not None:
         return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
-    readings = head.accelerometer - zero
+    readings = head.accelerometer - zero if zero.any() else head.accelerometer
     if options.accelerometer_scale is not None:
         unit, scale = _with_counts("accelerometer", stated, options.accelerometer_scale)
         _check_counts(track, rest_norm(readings * scale))
@@ -352,7 +350,7 @@ def _gyroscope(
         return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
-    readings = head.gyroscope - zero
+    readings = head.gyroscope - zero if zero.any() else head.gyroscope
     fastest = peak(readings)
     if stated is None:
         smallest = smallest_norm(readings)

@@ -11,6 +11,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.ipc  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
+from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
@@ -33,10 +34,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """
     with _opened(path) as file:
         schema = file.schema
-    found = imu_in(path, schema, imu, options, "feather", partial(_batches, path))
-    if next(found.read(lambda samples: samples), None) is None:
-        raise LogError(f"{path}: names columns, but holds no samples")
-    return found
+    return imu_in(path, schema, imu, options, "feather", partial(_batches, path))
 
 
 @contextmanager
@@ -56,7 +54,11 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
 
 
 def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
-    """Returns the rows of all batches, in pieces of a chunk."""
+    """Returns the rows of all batches, in pieces of a chunk; reads a batch while one is used."""
+    return ahead(_rows(path, names))
+
+
+def _rows(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
     roots = [name.split(".", 1)[0] for name in names]
     with _opened(path, [*roots, *names]) as file:
         for number in range(file.num_record_batches):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tumble.foundation.errors import LogError
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
+from tumble.logs.stored_array import BLOCK, StoredArray
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
@@ -46,7 +47,7 @@ def _opened(path: Path) -> VariablesFile:
         for name, each in datasets.items():
             _refuse_more_than_is_there(name, each, size)
         variables = [
-            Variable(name, each.shape, each.dtype, _Pieces(path, name), _text(each.attrs, _UNITS))
+            Variable(name, each.shape, each.dtype, _pieces(path, name, each), _text(each.attrs, _UNITS))
             for name, each in datasets.items()
         ]
         numbers = {
@@ -58,7 +59,7 @@ def _opened(path: Path) -> VariablesFile:
             for name, value in _attributes(file.attrs).items()
             if np.ndim(value) == 0 and isinstance(value, np.number)
         }
-        return VariablesFile(path, "hdf5", variables, numbers, _text(file.attrs, _SERIALS), _REMEDY)
+        return VariablesFile(path, "hdf5", variables, numbers, _text(file.attrs, _SERIALS), _REMEDY, BLOCK)
 
 
 def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py has no types
@@ -125,6 +126,16 @@ def _text(attributes: Any, names: tuple[str, ...]) -> str:  # noqa: ANN401
         if isinstance(value, str):
             return value
     return ""
+
+
+def _pieces(path: Path, name: str, dataset: Any) -> Callable[[int], Iterator[NDArray[Any]]]:  # noqa: ANN401
+    """Returns what passes over a dataset: over its bytes where they stand together and are as in memory."""
+    offset, dtype = dataset.id.get_offset(), dataset.dtype
+    if offset is None or dataset.file.userblock_size or dtype.kind not in "iuf":
+        return _Pieces(path, name)
+    if dataset.id.get_type() != h5py.h5t.py_create(dtype):
+        return _Pieces(path, name)
+    return StoredArray(name, lambda: path.open("rb"), dataset.shape, False, dtype, offset).pieces
 
 
 class _Pieces:

@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from dataclasses import dataclass
 from io import BytesIO
 from math import prod
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 from numpy.lib import format as npy_format
-from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
+from tumble.logs.stored_array import BLOCK, StoredArray
+from tumble.logs.track import LARGEST_RATIO, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
@@ -58,55 +56,6 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     return open_variables(_opened(path), imu, options)
 
 
-@dataclass(frozen=True, slots=True)
-class _Array:
-    """An array as it stands in a file."""
-
-    name: str
-    open: Callable[[], IO[bytes]]
-    """Its bytes, from the header on."""
-    shape: tuple[int, ...]
-    column_major: bool
-    dtype: np.dtype[Any]
-    offset: int
-    """Bytes before its numbers."""
-
-    def pieces(self, axis: int) -> Iterator[NDArray[Any]]:
-        """Reads it along an axis: as the bytes stand, or one stream for each line along that axis."""
-        if len(self.shape) == 1 or self.column_major == (axis == 1):
-            return self._in_order(axis)
-        return self._side_by_side(axis)
-
-    def _in_order(self, axis: int) -> Iterator[NDArray[Any]]:
-        length, across = self.shape[axis], prod(self.shape) // self.shape[axis]
-        with self.open() as stream:
-            stream.seek(self.offset)
-            for start in range(0, length, CHUNK_SAMPLES):
-                count = min(CHUNK_SAMPLES, length - start)
-                numbers = self._numbers(stream, count * across)
-                shape = tuple(count if each == axis else size for each, size in enumerate(self.shape))
-                yield numbers.reshape(shape, order="F" if self.column_major else "C")
-            stream.read(1)  # by which an archive sees the end, and that its checksum is right
-
-    def _side_by_side(self, axis: int) -> Iterator[NDArray[Any]]:
-        length, lines = self.shape[axis], self.shape[1 - axis]
-        with ExitStack() as stack:
-            streams = [stack.enter_context(self.open()) for _ in range(lines)]
-            for line, stream in enumerate(streams):
-                stream.seek(self.offset + line * length * self.dtype.itemsize)
-            for start in range(0, length, CHUNK_SAMPLES):
-                count = min(CHUNK_SAMPLES, length - start)
-                yield np.stack([self._numbers(stream, count) for stream in streams], axis=1 - axis)
-            streams[-1].read(1)
-
-    def _numbers(self, stream: IO[bytes], count: int) -> NDArray[Any]:
-        wanted = count * self.dtype.itemsize
-        data = stream.read(wanted)
-        if len(data) != wanted:
-            raise EOFError(f"{self.name or 'the array'} ends {wanted - len(data)} bytes too early")
-        return np.frombuffer(data, self.dtype)
-
-
 def _opened(path: Path) -> VariablesFile:
     with damage_said(path, COPY_OR_SAVE):
         with path.open("rb") as file:
@@ -123,14 +72,15 @@ def _opened(path: Path) -> VariablesFile:
             "npy",
             [Variable(each.name, each.shape, each.dtype, each.pieces) for each in numeric],
             dict(_single_numbers(numeric)),
+            block=BLOCK,
         )
 
 
-def _single(path: Path) -> _Array:
+def _single(path: Path) -> StoredArray:
     return _array("", lambda: path.open("rb"), path.stat().st_size)
 
 
-def _members(path: Path) -> list[_Array]:
+def _members(path: Path) -> list[StoredArray]:
     with zipfile.ZipFile(path) as archive:
         infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
     if not infos:
@@ -157,7 +107,7 @@ def _opener(path: Path, member: str) -> Callable[[], IO[bytes]]:
     return opened
 
 
-def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> _Array:
+def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> StoredArray:
     """Reads the header of an array; raises `ValueError` where it states more than `size` bytes."""
     with opened() as stream:
         start = stream.read(len(_MAGIC) + 2)
@@ -174,10 +124,10 @@ def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> _Array:
     offset = len(start) + width + length
     if min(shape, default=0) < 0 or (not dtype.hasobject and offset + prod(shape) * dtype.itemsize > size):
         raise ValueError(f"{name or 'the array'} says shape {shape} of {dtype}, more than its {size} bytes")
-    return _Array(name, opened, shape, column_major, dtype, offset)
+    return StoredArray(name, opened, shape, column_major, dtype, offset)
 
 
-def _is_readable(array: _Array) -> bool:
+def _is_readable(array: StoredArray) -> bool:
     if 0 in array.shape or len(array.shape) > 2:
         return False
     if array.dtype.names is None:
@@ -185,7 +135,7 @@ def _is_readable(array: _Array) -> bool:
     return len(array.shape) == 1
 
 
-def _single_numbers(arrays: list[_Array]) -> Iterator[tuple[str, float]]:
+def _single_numbers(arrays: list[StoredArray]) -> Iterator[tuple[str, float]]:
     for array in arrays:
         if prod(array.shape) == 1 and array.dtype.kind in "iuf":
             with array.open() as stream:

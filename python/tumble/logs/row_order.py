@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble import _core
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.words import count_of
 
@@ -61,13 +62,16 @@ class Rows:
     """(n,) numbers of the samples in the log."""
     places: Numbers
     """(n,) places among the rows that reached the sorting."""
+    moved: bool = False
+    """Indicates whether their places may not follow one another."""
 
     def __len__(self) -> int:
         return len(self.chunk)
 
     def select(self, which: Mask | Numbers | slice) -> Rows:
         """Returns some rows, or all in another order."""
-        return Rows(select(self.chunk, which), self.numbers[which], self.places[which])
+        moved = self.moved or not isinstance(which, slice)
+        return Rows(select(self.chunk, which), self.numbers[which], self.places[which], moved)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +109,7 @@ class RowOrder:
         self._pushed += len(chunk)
         rows = Rows(chunk, numbers, places)
         latest = self._held[-1].chunk.time[-1] if self._held else self._last
-        ordered = len(chunk) == 0 or (chunk.time[0] >= latest and bool((np.diff(chunk.time) >= 0.0).all()))
+        ordered = len(chunk) == 0 or (chunk.time[0] >= latest and _core.steps(chunk.time)[0] == 0)
         if len(chunk):
             self._held.append(rows)
         if not ordered:
@@ -114,7 +118,7 @@ class RowOrder:
 
     def finish(self) -> list[Rows]:
         """Returns what is held; raises `WrongOrderError` as `push` does."""
-        if any((rows.places[1:] < rows.places[:-1]).any() for rows in self._held):
+        if any(rows.moved and (rows.places[1:] < rows.places[:-1]).any() for rows in self._held):
             self._sort(at_end=True)
         ready, self._held = self._held, []
         self._count(ready)
@@ -128,7 +132,7 @@ class RowOrder:
             ready.append(self._held.pop(0))
             spare -= len(ready[-1])
         first = self._held[0] if self._held else None
-        if first is not None and spare > 0 and (first.places[1:] < first.places[:-1]).any():
+        if first is not None and spare > 0 and first.moved and (first.places[1:] < first.places[:-1]).any():
             ready.append(first.select(slice(None, spare)))
             self._held[0] = first.select(slice(spare, None))
         self._count(ready)
@@ -136,9 +140,10 @@ class RowOrder:
 
     def _count(self, ready: list[Rows]) -> None:
         for rows in ready:
-            moved = np.abs(rows.places - np.arange(self._given, self._given + len(rows)))
-            self.reordering.rows += int(np.count_nonzero(moved))
-            self.reordering.places = max(self.reordering.places, int(moved.max(initial=0)))
+            if rows.moved or rows.places[0] != self._given:
+                moved = np.abs(rows.places - np.arange(self._given, self._given + len(rows)))
+                self.reordering.rows += int(np.count_nonzero(moved))
+                self.reordering.places = max(self.reordering.places, int(moved.max(initial=0)))
             self._given += len(rows)
             self._last = float(rows.chunk.time[-1])
 
@@ -240,6 +245,7 @@ def _joined(held: list[Rows]) -> Rows:
         ),
         np.concatenate([rows.numbers for rows in held]),
         np.concatenate([rows.places for rows in held]),
+        moved=True,
     )
 
 

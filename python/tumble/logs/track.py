@@ -12,6 +12,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
+from tumble.logs.triads import gathered
 
 LARGEST_RATIO = 1100
 """Compression ratio that no readings reach, and deflate cannot."""
@@ -183,7 +184,4 @@ def stack(batch: Mapping[str, FloatArray], names: tuple[str, str, str] | None) -
     """Gathers three columns as (n, 3), NaN where there are none."""
     if names is None:
         return np.full((len(next(iter(batch.values()))), 3), np.nan)
-    stacked = np.empty((len(batch[names[0]]), 3))
-    for axis, name in enumerate(names):
-        stacked[:, axis] = batch[name]
-    return stacked
+    return gathered([batch[name] for name in names])

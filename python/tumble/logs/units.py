@@ -14,6 +14,7 @@ from tumble.foundation.log_time import DATES
 from tumble.foundation.magnetic import FIELD_UNITS
 from tumble.foundation.recording import ASSUMED, FloatArray
 from tumble.logs.options import COUNTS
+from tumble.logs.triads import largest_each, whole_ones
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature", "magnetometer"]
 
@@ -179,7 +180,7 @@ def credible(readings: FloatArray) -> FloatArray:
 
 def peak(readings: FloatArray) -> float:
     """Returns the largest finite reading of (n, 3), but for the few that garbled lines may have made."""
-    largest = np.abs(readings[np.isfinite(readings).all(axis=1)]).max(axis=1, initial=0.0)
+    largest = largest_each(whole_ones(readings))
     left_out = -(-len(largest) // _SAMPLES_PER_SPIKE) if len(largest) >= _FEW_SAMPLES else 0
     place = len(largest) - 1 - left_out
     return float(np.partition(largest, place)[place]) if len(largest) else 0.0
@@ -188,25 +189,25 @@ def peak(readings: FloatArray) -> float:
 def rest_norm(vectors: FloatArray) -> float:
     """Returns the typical length of (n, 3) vectors while they change least, NaN where there are none."""
     pieces = _pieces(vectors)
-    if len(pieces) == 0:
+    if pieces.size == 0:
         return math.nan
-    scatter = pieces.var(axis=1).sum(axis=1)
+    scatter = pieces.var(axis=2).sum(axis=0)
     quiet = scatter <= np.quantile(scatter, 0.3)
-    return float(np.median(np.linalg.norm(pieces[quiet].mean(axis=1), axis=1)))
+    return float(np.median(np.linalg.norm(pieces[:, quiet].mean(axis=2), axis=0)))
 
 
 def smallest_norm(vectors: FloatArray) -> float:
     """Returns the smallest length that short means of (n, 3) vectors have, NaN where there are none."""
     pieces = _pieces(vectors)
-    return float(np.linalg.norm(pieces.mean(axis=1), axis=1).min()) if len(pieces) else math.nan
+    return float(np.linalg.norm(pieces.mean(axis=2), axis=0).min()) if pieces.size else math.nan
 
 
 def _pieces(vectors: FloatArray) -> FloatArray:
-    """Finite vectors in short stretches, (count, window, 3)."""
-    finite = vectors[np.isfinite(vectors).all(axis=1)]
+    """Finite vectors in short stretches, (3, count, window)."""
+    finite = whole_ones(vectors)
     window = max(1, min(_WINDOW, len(finite) // 4))
     count = len(finite) // window
-    return finite[: count * window].reshape(count, window, 3)
+    return finite[: count * window].T.reshape(3, count, window)
 
 
 def guess_accelerometer_unit(norm_at_rest: float) -> str | None:

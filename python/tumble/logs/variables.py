@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
+from tumble.logs.ahead import ahead
 from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
@@ -34,6 +35,7 @@ from tumble.logs.track import (
     Transform,
     choose,
 )
+from tumble.logs.triads import gather
 from tumble.logs.units import Quantity, find_unit
 
 MOST_VARIABLES = 10_000
@@ -73,6 +75,8 @@ class VariablesFile:
     serial: str = ""
     remedy: str = COPY_OR_SAVE
     """Remedy for a damaged file."""
+    block: int = CHUNK_SAMPLES
+    """Samples that are read before they are put in place: as many as the file gives without delay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +100,12 @@ class _Place:
             dtype = dtype[key] if isinstance(key, str) else dtype.base
         return dtype.kind == "M"
 
-    def of(self, piece: NDArray[Any]) -> FloatArray:
-        """Returns its numbers in a piece, (m,): a copy, which a transform may change."""
+    def of(self, piece: NDArray[Any]) -> NDArray[Any]:
+        """Returns its numbers in a piece, (m,), where they stand: of any type."""
         for key in self.keys:
             along = isinstance(key, str) or self.axis == 1
             piece = piece[key] if along else piece[:, key]  # type: ignore[index]
-        if piece.dtype.kind == "M":
-            return _nanoseconds(piece)
-        return np.array(piece, np.float64)
+        return _nanoseconds(piece) if piece.dtype.kind == "M" else piece
 
 
 def _nanoseconds(dates: NDArray[Any]) -> FloatArray:
@@ -138,7 +140,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
         path=path,
         imu=name,
         format=file.format,
-        read=lambda transform: _read(file, columns, wanted, transform),
+        read=lambda transform: _ahead(rows, _read(file, columns, wanted, transform)),
         head=lambda: next(_read(file, columns, wanted, lambda samples: samples)),
         locate=lambda sample: f"sample {sample + 1}",
         accelerometer_unit=columns.accelerometer_unit,
@@ -170,7 +172,7 @@ def _magnetometer(
         _equal_rows(file.path, wanted)
         pieces = list(_side_by_side(file, wanted))
         return {
-            name: np.concatenate([np.empty(0), *(piece.column(place) for piece in pieces)])
+            name: np.concatenate([np.empty(0), *(piece.column(place) for piece in pieces)], dtype=np.float64)
             for name, place in wanted.items()
         }
 
@@ -325,10 +327,22 @@ def _stated_rate(
     return None, ()
 
 
+def _ahead(rows: int, chunks: Iterator[RawSamples]) -> Iterator[RawSamples]:
+    """Reads the next chunk while one is used, where there is a next one."""
+    return ahead(chunks) if rows > CHUNK_SAMPLES else chunks
+
+
 def _read(
     file: VariablesFile, columns: ImuColumns, wanted: Mapping[str, _Place], transform: Transform
 ) -> Iterator[RawSamples]:
-    return (transform(pieces.samples(columns, wanted)) for pieces in _side_by_side(file, wanted))
+    filled, left = None, next(iter(wanted.values())).rows
+    for pieces in _side_by_side(file, wanted):
+        filled = filled or _Filled(columns, min(CHUNK_SAMPLES, left))
+        filled.add(pieces, wanted)
+        if filled.is_full:
+            left -= len(filled.samples)
+            yield transform(filled.samples)
+            filled = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,41 +351,61 @@ class _Pieces:
 
     of_variable: Mapping[int, NDArray[Any]]
     """Pieces by the identity of the variable."""
+    rows: int
 
-    def samples(self, columns: ImuColumns, places: Mapping[str, _Place]) -> RawSamples:
-        """Puts the columns of one IMU together."""
-        triads = [
-            None if names is None else self.triad([places[name] for name in names])
-            for names in (columns.accelerometer, columns.gyroscope)
-        ]
-        acceleration, rate = (_or_unknown(triad, triads) for triad in triads)
-        return RawSamples(
-            None if columns.time is None else self.column(places[columns.time]),
-            acceleration,
-            rate,
-            None if columns.temperature is None else self.column(places[columns.temperature]),
-        )
-
-    def column(self, place: _Place) -> FloatArray:
-        """Returns the numbers of one column, (m,)."""
+    def column(self, place: _Place) -> NDArray[Any]:
+        """Returns the numbers of one column, (m,), of any type."""
         return place.of(self.of_variable[id(place.variable)])
 
-    def triad(self, places: Sequence[_Place]) -> FloatArray:
-        """Returns the numbers of three columns, (m, 3); in one go where they stand beside one another."""
+    def triad(self, places: Sequence[_Place]) -> NDArray[Any] | None:
+        """Returns the rows of three columns that are all of an array, (m, 3); None for others."""
         first = places[0]
+        piece = self.of_variable[id(first.variable)]
         keys = [place.keys for place in places if place.variable is first.variable]
-        start = first.keys[-1] if len(first.keys) == 1 else None
-        if isinstance(start, int) and keys == [(start,), (start + 1,), (start + 2,)]:
-            piece = self.of_variable[id(first.variable)]
-            beside = piece[:, start : start + _AXES] if first.axis == 0 else piece[start : start + _AXES].T
-            return np.array(beside, np.float64, order="C")
-        return np.stack([self.column(place) for place in places], axis=1)
+        is_whole = piece.shape == (len(piece), _AXES) and piece.flags.c_contiguous
+        return piece if is_whole and keys == [(0,), (1,), (2,)] else None
 
 
-def _or_unknown(triad: FloatArray | None, triads: Sequence[FloatArray | None]) -> FloatArray:
-    if triad is not None:
-        return triad
-    return next(np.full_like(other, np.nan) for other in triads if other is not None)
+class _Filled:
+    """Samples of a chunk, put in place block by block, while each is in the cache of the processor."""
+
+    def __init__(self, columns: ImuColumns, length: int) -> None:
+        self._columns = columns
+        self._rows = 0
+        self.samples = RawSamples(
+            None if columns.time is None else np.empty(length),
+            _empty_triad(columns.accelerometer, length),
+            _empty_triad(columns.gyroscope, length),
+            None if columns.temperature is None else np.empty(length),
+        )
+
+    @property
+    def is_full(self) -> bool:
+        return self._rows == len(self.samples)
+
+    def add(self, pieces: _Pieces, places: Mapping[str, _Place]) -> None:
+        """Puts the next rows in place, as numbers of double precision."""
+        columns, samples = self._columns, self.samples
+        rows = slice(self._rows, self._rows + pieces.rows)
+        for name, target in ((columns.time, samples.time), (columns.temperature, samples.temperature)):
+            if name is not None and target is not None:
+                target[rows] = pieces.column(places[name])
+        for names, triad in (
+            (columns.accelerometer, samples.accelerometer),
+            (columns.gyroscope, samples.gyroscope),
+        ):
+            if names is None:
+                continue
+            together = [places[name] for name in names]
+            if (piece := pieces.triad(together)) is not None:
+                triad[rows] = piece
+                continue
+            gather(triad, rows.start, [pieces.column(place) for place in together])
+        self._rows = rows.stop
+
+
+def _empty_triad(names: Sequence[str] | None, length: int) -> FloatArray:
+    return np.full((length, _AXES), np.nan) if names is None else np.empty((length, _AXES))
 
 
 def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator[_Pieces]:
@@ -379,15 +413,18 @@ def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator
     sources = list({id(place.variable): place for place in wanted.values()}.values())
     with damage_said(file.path, file.remedy):
         for pieces in zip(*(_even(file, place) for place in sources), strict=True):
-            yield _Pieces({id(place.variable): piece for place, piece in zip(sources, pieces, strict=True)})
+            yield _Pieces(
+                {id(place.variable): piece for place, piece in zip(sources, pieces, strict=True)},
+                pieces[0].shape[sources[0].axis],
+            )
 
 
 def _even(file: VariablesFile, place: _Place) -> Iterator[NDArray[Any]]:
-    """Cuts the pieces of a variable to chunks, the last of which may be shorter.
+    """Cuts the pieces of a variable to blocks, the last of which may be shorter.
 
     Raises `LogError` where it ends before the end of its shape.
     """
-    axis, rows = place.axis, place.rows
+    axis, rows, block = place.axis, place.rows, file.block
     waiting: list[NDArray[Any]] = []
     have = given = 0
     for piece in chain(place.variable.pieces(axis), [None]):
@@ -396,12 +433,12 @@ def _even(file: VariablesFile, place: _Place) -> Iterator[NDArray[Any]]:
             have += piece.shape[axis]
         elif have == 0:
             break
-        if piece is not None and have < CHUNK_SAMPLES:
+        if piece is not None and have < block:
             continue
         joined = waiting[0] if len(waiting) == 1 else np.concatenate(waiting, axis=axis)
-        whole = have if piece is None else have - have % CHUNK_SAMPLES
-        for start in range(0, whole, CHUNK_SAMPLES):
-            stop = min(start + CHUNK_SAMPLES, whole)
+        whole = have if piece is None else have - have % block
+        for start in range(0, whole, block):
+            stop = min(start + block, whole)
             yield joined[start:stop] if axis == 0 else joined[:, start:stop]
             given += stop - start
         rest = joined[whole:] if axis == 0 else joined[:, whole:]

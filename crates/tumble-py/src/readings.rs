@@ -1,0 +1,86 @@
+//! Readings of a log, put in place and looked over in one pass each, where numpy would make several.
+
+use numpy::ndarray::{ArrayViewMut1, Zip};
+use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyReadwriteArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// Numbers that are looked at side by side: enough for the vectors of any processor.
+const LANES: usize = 8;
+
+/// Puts three columns of numbers into the rows of a contiguous (n, 3) array from `first` on.
+#[pyfunction]
+fn gather<'py>(
+    py: Python<'py>,
+    mut target: PyReadwriteArray2<'py, f64>,
+    first: usize,
+    x: PyReadonlyArray1<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+    z: PyReadonlyArray1<'py, f64>,
+) -> PyResult<()> {
+    let (x, y, z) = (x.as_array(), y.as_array(), z.as_array());
+    let (rows, _) = target.as_slice_mut()?.as_chunks_mut::<3>();
+    let rows = rows
+        .get_mut(first..first + x.len())
+        .filter(|_| y.len() == x.len() && z.len() == x.len())
+        .ok_or_else(|| PyValueError::new_err("columns must have one length, and fit in the target"))?;
+    py.detach(|| {
+        Zip::from(ArrayViewMut1::from(rows))
+            .and(x)
+            .and(y)
+            .and(z)
+            .for_each(|row, &x, &y, &z| *row = [x, y, z]);
+    });
+    Ok(())
+}
+
+/// Largest absolute value; NaN where one is not finite.
+fn largest_of(values: &[f64]) -> f64 {
+    let (blocks, rest) = values.as_chunks::<LANES>();
+    let (mut largest, mut finite) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+    for block in blocks {
+        for ((value, largest), finite) in block.iter().zip(&mut largest).zip(&mut finite) {
+            *largest = if value.abs() > *largest {
+                value.abs()
+            } else {
+                *largest
+            };
+            *finite += value - value;
+        }
+    }
+    let sound = finite.iter().sum::<f64>() + rest.iter().map(|value| value - value).sum::<f64>();
+    let found = largest
+        .iter()
+        .copied()
+        .chain(rest.iter().map(|value| value.abs()));
+    found.fold(0.0, f64::max) + sound
+}
+
+/// Largest absolute value of an array of any shape, 0 where it is empty; NaN where a number is not finite.
+#[pyfunction]
+fn largest(py: Python<'_>, values: PyReadonlyArrayDyn<'_, f64>) -> f64 {
+    let values = values.as_array();
+    let values = values.as_standard_layout();
+    py.detach(|| values.as_slice().map_or(f64::NAN, largest_of))
+}
+
+/// Numbers of (n,) times that are before the one before them, or not comparable with it, and that equal it.
+#[pyfunction]
+fn steps(py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> (usize, usize) {
+    let time = time.as_array();
+    py.detach(|| {
+        let (mut rising, mut equal) = (0, 0);
+        for (before, after) in time.iter().zip(time.iter().skip(1)) {
+            rising += usize::from(after > before);
+            equal += usize::from(after == before);
+        }
+        (time.len().saturating_sub(1) - rising - equal, equal)
+    })
+}
+
+/// Adds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(gather, module)?)?;
+    module.add_function(wrap_pyfunction!(largest, module)?)?;
+    module.add_function(wrap_pyfunction!(steps, module)?)
+}
