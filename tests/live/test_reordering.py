@@ -75,6 +75,18 @@ def test_no_sample_waits_longer_than_the_window_and_one_step(seed, loss):
     assert np.all(waited[np.isfinite(when)] <= WINDOW + gaps[np.isfinite(when)].max() + 1e-9)
 
 
+@settings(max_examples=50)
+@given(st.integers(0, 2**32 - 1))
+def test_samples_of_a_sender_that_caught_up_wait_a_step_at_most(seed):
+    held_up = np.zeros(300)
+    held_up[10::20] = np.random.default_rng(seed).uniform(0.0, 6.0, 15)
+    stamps = np.zeros(300)
+    for number in range(1, 300):
+        stamps[number] = max(number + held_up[number], stamps[number - 1] + 0.02)
+    _, when, _ = passed(stamps / RATE, 100.0 + stamps / RATE)
+    assert np.all(when - (100.0 + stamps / RATE) <= 1.0 / RATE)
+
+
 def test_a_sample_beyond_the_window_comes_late_and_holds_nothing_up():
     stamps = np.concatenate([np.arange(100), [50.0], np.arange(100, 200)]) / RATE
     arrivals = 100.0 + np.maximum.accumulate(stamps)

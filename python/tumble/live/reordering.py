@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble.foundation.recording import FEW_SAMPLES, FloatArray
 from tumble.live.clock import RESTARTED
@@ -11,6 +12,8 @@ from tumble.logs.track import RawSamples
 
 MISSING = 1.5
 """Usual steps between two samples beyond which one is missing between them."""
+_CAUGHT_UP = 0.6
+"""Usual steps by which a sender may still be late: more than a step may be short and count as usual."""
 ADAPTATION = 0.02
 """Share of the newest step in the usual one."""
 
@@ -18,7 +21,7 @@ ADAPTATION = 0.02
 class ReorderBuffer:
     """Holds samples back while one before them is missing, for `window` s at most.
 
-    Samples in order pass at once. One that comes after its window passes too, behind those it should have
+    Samples in order pass at once, and so do those of a sender that was held up and has caught up. One that comes after its window passes too, behind those it should have
     preceded: whoever takes them counts it as late.
     """
 
@@ -59,7 +62,20 @@ class ReorderBuffer:
         # A sample waits where one is missing before it and none behind it has waited long enough.
         oldest_behind = np.minimum.accumulate(self._arrivals[::-1])[::-1]
         waits = (steps > MISSING * self._usual) & (now - oldest_behind < self._window)
+        waits &= ~self._made_up(steps)
         return self._release(int(np.argmax(waits)) if waits.any() else len(stamps))
+
+    def _made_up(self, steps: FloatArray) -> NDArray[np.bool_]:
+        """Finds the (n,) steps, s, that were long as the sender was held up: short ones behind make up for it.
+
+        Where a sample is missing, those behind it keep the usual step. One that came twice shows neither.
+        """
+        excess = np.where(steps > 0.0, steps - self._usual, 0.0)
+        excess[np.abs(excess) < (MISSING - 1.0) * self._usual] = 0.0
+        late = np.cumsum(excess)
+        least_behind = np.minimum.accumulate(late[::-1])[::-1]
+        made_up: NDArray[np.bool_] = least_behind - (late - excess) <= _CAUGHT_UP * self._usual
+        return made_up & (least_behind < late)
 
     def _is_in_order(self, stamps: FloatArray) -> bool:
         if not np.isfinite(self._usual):
