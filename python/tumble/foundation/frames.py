@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from html import escape
 from importlib import import_module
 from itertools import islice
 from types import ModuleType
@@ -56,6 +55,8 @@ def html_table(rows: Iterable[Mapping[str, object]]) -> str:
 
 
 def _html_row(tag: str, cells: Iterable[object]) -> str:
+    from html import escape  # which no command needs
+
     texts = (f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in cells)
     return f"<tr>{''.join(f'<{tag}>{escape(text)}</{tag}>' for text in texts)}</tr>"
 

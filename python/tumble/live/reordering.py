@@ -21,8 +21,9 @@ ADAPTATION = 0.02
 class ReorderBuffer:
     """Holds samples back while one before them is missing, for `window` s at most.
 
-    Samples in order pass at once, and so do those of a sender that was held up and has caught up. One that comes after its window passes too, behind those it should have
-    preceded: whoever takes them counts it as late.
+    Samples in order pass at once, and so do those of a sender that was held up and has caught up. One that
+    comes after its window passes too, behind those it should have preceded: whoever takes them counts it as
+    late.
     """
 
     def __init__(self, window: float) -> None:
@@ -66,7 +67,7 @@ class ReorderBuffer:
         return self._release(int(np.argmax(waits)) if waits.any() else len(stamps))
 
     def _made_up(self, steps: FloatArray) -> NDArray[np.bool_]:
-        """Finds the (n,) steps, s, that were long as the sender was held up: short ones behind make up for it.
+        """Finds the (n,) steps, s, that are long as the sender was held up: short ones behind make up for it.
 
         Where a sample is missing, those behind it keep the usual step. One that came twice shows neither.
         """
