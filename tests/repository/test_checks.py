@@ -47,9 +47,9 @@ def layers(tmp_path, monkeypatch):
             "logs may not import tumble.procedures.spin.procedure",
         ),
         (
-            "logs/csv.py",
+            "foundation/recording.py",
             "def read():\n    from tumble import _core",
-            "csv.py:2: logs may not import tumble._core",
+            "recording.py:2: recording may not import tumble._core",
         ),
         ("logs/csv.py", "from ..report import pages", "logs may not import tumble.report"),
         ("logs/csv.py", "import tumble.calibration.document", "logs may not import tumble.calibration"),
