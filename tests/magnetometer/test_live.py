@@ -45,13 +45,15 @@ def live(log, folder, *more):
 
 
 def test_live_gives_what_its_recording_gives_to_the_bit(log, each_piece, tmp_path):
-    done = live(log, tmp_path / "live", "--json")
+    goal = ("--until", "magnetometer bias 0.05, magnetometer mounting 0.2 deg")
+    done = live(log, tmp_path / "live", "--json", *goal)
     assert done.code == 0, done.err
     events = [json.loads(line) for line in done.out.splitlines()]
     result = events[-1]
     assert "magnetometer" in {each["sensor"] for each in result["parameters"]}
     last = next(each for each in reversed(events) if each["event"] == "done")
     assert last["field"]["coverage"] == result["magnetometer"]["coverage"] > 0.7
+    assert [each["unit"] for each in last["goals"]] == ["uT", "deg"]
     assert np.linalg.norm(last["field"]["now"]) == pytest.approx(1.0)
     again = typed(
         *("multipose", tmp_path / "live" / "session", "--magnetometer", "--field", "48"),

@@ -120,6 +120,7 @@ def _recorded(
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.stopping import stopped_by_signals
     from tumble.foundation.goal import Goal
+    from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS
     from tumble.live import open_set
     from tumble.procedures.multipose.command_live_screen import SCREEN
     from tumble.procedures.multipose.guide import HELD
@@ -127,7 +128,8 @@ def _recorded(
     from tumble.procedures.multipose.procedure import multipose
     from tumble.tools.record.command_screen import is_whole
 
-    goal = Goal.parse(asked.until) if asked.until else None
+    triads = CALIBRATED_TRIADS if "magnetometer" in options else TRIADS
+    goal = Goal.parse(asked.until, triads) if asked.until else None
     held = HELD if asked.held is None else seconds_of("--pose-seconds", asked.held)
     duration = None if asked.duration is None else seconds_of("--duration", asked.duration)
     units = open_set([f"{name}={source}"], read_options, sender=asked.sender, keep_going=True)

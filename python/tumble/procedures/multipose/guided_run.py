@@ -12,6 +12,7 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.goal import Goal
 from tumble.foundation.message import NOTHING, Message, message
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS
 from tumble.foundation.words import LISTENING
 from tumble.live import open_set
 from tumble.poses.by_hand import MOST_ORIENTATIONS, orientation_parts
@@ -152,12 +153,13 @@ class GuidedMultipose:
             [f"{name}={address}"], order.read_options(), sender=order.sender, keep_going=True
         )
         prepare_unit_files(order.folder, name, "multipose")
+        triads = CALIBRATED_TRIADS if "magnetometer" in self._options else TRIADS
         self._live = LiveMultipose(
             self._units,
             order.folder,
             sources=order.sources,
             serial=order.serials.get(name, ""),
-            goal=Goal.parse(goal) if goal else None,
+            goal=Goal.parse(goal, triads) if goal else None,
             orientations=answers.whole("orientations"),
             held=answers.number("held") or HELD,
             duration=None if minutes is None else 60.0 * minutes,

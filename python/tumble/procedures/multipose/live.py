@@ -288,7 +288,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         wanted = self._wanted or 0
         if self._goal is not None:
             enough = result.directions >= 9 + FEW_TO_CHECK
-            return enough and self.goal_is_met and result.directions >= wanted
+            is_met = self._field is None or is_covered(result)
+            return enough and is_met and self.goal_is_met and result.directions >= wanted
         # Where gyroscope or magnetometer were not shown yet, as many orientations again may.
         is_whole = result.gyroscope is not None and (self._field is None or is_covered(result))
         patience = 1 if is_whole else 2
