@@ -195,7 +195,8 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
     @property
     def is_reached(self) -> bool:
         """Returns whether the goal was reached, or without one, all orientations or the end by the user."""
-        return self.goal_is_met and (self._is_complete or self._goal is not None or self._by_will)
+        ends_by_goal = self._goal is not None and not self._unmet_field()
+        return self.goal_is_met and (self._is_complete or ends_by_goal or self._by_will)
 
     def steps(self) -> Iterator[MultiposeStep]:
         """Guide, record and watch until all is shown, or until `stop`; give what happens as it happens.
