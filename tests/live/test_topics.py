@@ -120,6 +120,24 @@ def test_a_topic_of_zenoh_comes_as_it_was_sent(router):
         check(*heard(source))
 
 
+def test_magnetometer_of_zenoh_comes_beside_its_imu(router):
+    with (
+        running(zenoh_publisher, router, "/imu/data", RATE, "--field", "/imu/mag"),
+        open_source(f"ros2+zenoh:///imu/data?router={router}&magnetometer=/imu/mag") as source,
+    ):
+        chunks = []
+        for chunk in source:
+            chunks += [chunk] if len(chunk) else []
+            if sum(map(len, chunks)) >= 50:
+                break
+    field = np.concatenate([chunk.field for chunk in chunks])
+    rows = np.isfinite(field[:, 2])
+    assert rows.mean() == pytest.approx(0.2, abs=0.05)
+    # A reading is its number along z, in microtesla; every fifth sample has one.
+    assert set(np.diff(np.rint(field[rows, 2]))) == {5.0}
+    assert field[rows, 0] == pytest.approx(20.0)
+
+
 def test_messages_without_a_token_are_received(router):
     with (
         running(zenoh_publisher, router, "/imu/data", RATE, "--silent"),

@@ -1,6 +1,6 @@
 """A node of rmw_zenoh as its design describes it: a token, and messages of `sensor_msgs/Imu` in CDR.
 
-python zenoh_publisher.py END_POINT TOPIC RATE [--silent]
+python zenoh_publisher.py END_POINT TOPIC RATE [--silent] [--field TOPIC]
 python zenoh_publisher.py END_POINT --router
 """
 
@@ -39,9 +39,15 @@ def main():
     place = f"@ros2_lv/{domain}/{session.zid()}/0/10/MP/%/%/imu_driver/{name}/{kind}/{HASH}/2::,7:,:,:,,"
     tokens = [] if "--silent" in sys.argv else [session.liveliness().declare_token(place)]
     publisher = session.declare_publisher(f"{domain}{topic}/{kind}/{HASH}")
+    field = None
+    if "--field" in sys.argv:
+        beside = sys.argv[sys.argv.index("--field") + 1]
+        field = session.declare_publisher(f"{domain}{beside}/sensor_msgs::msg::dds_::MagneticField_/{HASH}")
     print("sending", len(tokens), flush=True)
     began, number = time.monotonic(), 0
     while True:
+        if field is not None and number % 5 == 0:
+            field.put(bytes(ros2_publisher.magnetic(number, float(rate)).serialize()))
         publisher.put(bytes(ros2_publisher.message(number, float(rate), False).serialize()))
         number += 1
         time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TypeVar
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
@@ -18,12 +19,16 @@ from tumble.live.source import LiveChunk
 from tumble.logs.message_imu import ImuDecoder
 from tumble.logs.options import ReadOptions
 from tumble.logs.rosmsg import MalformedMessageError
+from tumble.logs.track import RawSamples, StatedUnit
 
 Opened = TypeVar("Opened", bound="MessageSource")
 
 
 class MessageSource(ConditionedSource):
     """Decodes messages of one topic as they come; a `Source`."""
+
+    magnetometer_unit: StatedUnit | None = None
+    """Unit of the readings that `_fields_beside` gives."""
 
     def __init__(self, address: Address, topic: str, options: ReadOptions) -> None:
         super().__init__(options)
@@ -44,6 +49,13 @@ class MessageSource(ConditionedSource):
     @abstractmethod
     def _decoder_for(self, first: bytes) -> ImuDecoder:
         """Returns the decoder of the topic, of which a message is given."""
+
+    def _fields_beside(self, samples: RawSamples) -> FloatArray | None:
+        """Returns readings of a magnetometer beside samples, (n, 3); None where none is received.
+
+        Raises `LogError` where a message of it is none.
+        """
+        return None
 
     @property
     @abstractmethod
@@ -96,5 +108,7 @@ class MessageSource(ConditionedSource):
             units.gyroscope,
             units.time,
             units.temperature,
+            self.magnetometer_unit,
         )
-        return self._conditioner.take(Readings(samples), facts, time.monotonic())
+        readings = Readings(samples, magnetic=self._fields_beside(samples))
+        return self._conditioner.take(readings, facts, time.monotonic())

@@ -19,15 +19,18 @@ from typing import Any, Final
 import zenoh
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.live.address import Address
+from tumble.live.field_pairing import FieldPairing
 from tumble.live.mailbox import Mailbox
 from tumble.live.message_source import MessageSource
 from tumble.live.rate_watch import RateWatch
-from tumble.live.ros2_names import IMU_TYPE, ros_domain, ros_name
+from tumble.live.ros2_names import FIELD_TYPE, IMU_TYPE, ros_domain, ros_name
 from tumble.live.topics import HEARD_FOR, SentTopic
 from tumble.logs.message_imu import ImuDecoder, PlainImu
 from tumble.logs.options import ReadOptions
-from tumble.logs.rosmsg import CDR
+from tumble.logs.rosmsg import CDR, MalformedMessageError, decode, seconds
+from tumble.logs.track import RawSamples, StatedUnit
 
 ROUTER: Final = "tcp/localhost:7447"
 """Router that nodes of rmw_zenoh look for."""
@@ -55,19 +58,43 @@ class ZenohSender:
 def open_zenoh(address: Address, options: ReadOptions) -> ZenohSource:
     """Opens `ros2+zenoh:///imu/data`; `domain=` is its number, `router=` the end point to connect to.
 
-    Raises `LogError` where these are none.
+    `magnetometer=` is a topic of `sensor_msgs/MagneticField` to be read beside it. Raises `LogError` where
+    these are none.
     """
-    address.refuse_other_settings("domain", "router")
+    address.refuse_other_settings("domain", "router", "magnetometer")
     ros_domain(address)
     return ZenohSource(address, "/" + address.place.strip("/"), options)
 
 
 class ZenohSource(MessageSource):
-    """Reads one topic of `sensor_msgs/Imu`."""
+    """Reads one topic of `sensor_msgs/Imu`, and the magnetometer that is named beside it."""
+
+    magnetometer_unit = StatedUnit("T", "sensor_msgs/MagneticField")
+
+    def __init__(self, address: Address, topic: str, options: ReadOptions) -> None:
+        super().__init__(address, topic, options)
+        self._field_topic = address.settings.get("magnetometer", "")
+        self._fields: Mailbox[bytes] | None = None
+        self._pairing = FieldPairing()
 
     @property
     def _about(self) -> str:
         return "over Zenoh"
+
+    def _fields_beside(self, samples: RawSamples) -> FloatArray | None:
+        if self._fields is None:
+            return None
+        assert samples.time is not None, "messages of ROS are stamped"
+        if messages := self._fields.take():
+            try:
+                found = decode(messages, "magnetometer", CDR)
+            except MalformedMessageError as error:
+                raise LogError(
+                    f"{self._address.text}: a message of {self._field_topic} {error}: not "
+                    "sensor_msgs/MagneticField; check what sends it"
+                ) from error
+            self._pairing.add(seconds(found.stamp), found.magnetic_field)
+        return self._pairing.beside(samples.time)
 
     def _decoder_for(self, first: bytes) -> ImuDecoder:
         return PlainImu(CDR)
@@ -81,6 +108,12 @@ class ZenohSource(MessageSource):
             mailbox.put(bytes(sample.payload))
             come.set()
 
+        if self._field_topic:
+            fields: Mailbox[bytes] = Mailbox()
+            opened.callback(fields.close)
+            self._fields = fields
+            key = imu_key(domain, self._field_topic, FIELD_TYPE)
+            session.declare_subscriber(key, lambda sample: fields.put(bytes(sample.payload)))
         session.declare_subscriber(imu_key(domain, self.topic), take)
         until = time.monotonic() + FOUND_WITHIN
         senders: list[ZenohSender] = []
@@ -131,9 +164,9 @@ def list_topics(address: Address) -> list[SentTopic]:
     ]
 
 
-def imu_key(domain: int, topic: str) -> str:
-    """Returns the key expression of the messages of a topic of IMUs, whatever the hash of their type."""
-    return f"{domain}/{topic.strip('/')}/{IMU_TYPE}/*"
+def imu_key(domain: int, topic: str, kind: str = IMU_TYPE) -> str:
+    """Returns the key expression of the messages of a topic, whatever the hash of their type."""
+    return f"{domain}/{topic.strip('/')}/{kind}/*"
 
 
 def sender_of(token: str) -> ZenohSender | None:
