@@ -15,7 +15,7 @@ def beside(pairing, *pieces):
     return np.concatenate([pairing.beside(piece) for piece in pieces])[:, 0]
 
 
-def test_a_reading_goes_to_the_first_free_sample_at_its_time_or_after_it():
+def test_a_reading_goes_to_the_first_free_sample_from_its_time_on():
     pairing, time = FieldPairing(), np.arange(20) / 100.0
     # The second two fall between the same samples; the last is after all that came.
     pairing.add(np.array([0.02, 0.051, 0.058, 0.195]), fields(1, 4))
