@@ -31,7 +31,8 @@ COUNTS_OF_FIELD = "counts-per-gauss"
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     """Writes the offsets of one accelerometer and one magnetometer, or of either."""
     (calibration,) = calibrations
-    lines, losses = [], []
+    lines: list[str] = []
+    losses: list[Loss] = []
     if (accelerometer := calibration.accelerometer) is not None:
         unit = STANDARD_GRAVITY / settings.positive_number("counts-per-g")
         numbers, rounding = _counts(calibration.name, accelerometer.b, unit)
