@@ -90,6 +90,9 @@ fn magnetometer_turned<'py>(
     figures(py, &found.map_err(|error| refusal(py, &error))?)
 }
 
+/// Rest of the reference, and its span on the clocks of reference and target, s.
+type RestOfBoth = (usize, (f64, f64), (f64, f64));
+
 /// Calibrates the magnetometer of a target of a turntable by that of the reference. Samples of both: time (m,) s, field (m, 3) uT,
 /// those of the reference corrected. Rests both saw: (rest of the reference, span on its clock, span on that of the target), s,
 /// and the specific force (k, 3) m/s^2 of the reference there. `uncertainty` (12, 12), where it is stated, is the covariance of
@@ -103,7 +106,7 @@ fn magnetometer_of_target<'py>(
     reference_field: PyReadonlyArray2<'py, f64>,
     time: PyReadonlyArray1<'py, f64>,
     field: PyReadonlyArray2<'py, f64>,
-    rests: Vec<(usize, (f64, f64), (f64, f64))>,
+    rests: Vec<RestOfBoth>,
     force: PyReadonlyArray2<'py, f64>,
     uncertainty: Option<PyReadonlyArray2<'py, f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {

@@ -25,6 +25,9 @@ pub(super) const DIFFERENCE: usize = 4;
 /// Truth and reading of a magnetometer at a rest.
 pub(super) type FieldObservation = Observation<f64, 4, SHARED>;
 
+/// Largest sigma of bias and strength, over the strength, that the rests show: half of what an element of M may err.
+const SHOWN: f64 = 0.15;
+
 /// A rest at which both magnetometers were read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldRest {
@@ -120,7 +123,8 @@ fn attitude(up: &Vector3<f64>, field: &Vector3<f64>) -> Option<Matrix3<f64>> {
 /// reference, where it is stated.
 ///
 /// # Errors
-/// [`TurntableError::Unsolvable`] if a reading is not finite.
+/// [`TurntableError::DirectionsTooAlike`] where the field was met from too few directions, [`TurntableError::Unsolvable`] if a
+/// reading is not finite.
 pub(super) fn fit_field(
     rests: &[FieldRest],
     stated: Option<&ModelCovariance<f64>>,
@@ -153,17 +157,19 @@ pub(super) fn fit_field(
         bias = solution.x.fixed_rows::<3>(0).into_owned();
         strength = solution.x[3];
     }
+    let sigma = solution.covariance.diagonal().max().sqrt();
+    if sigma.is_nan() || sigma > SHOWN * strength.abs() {
+        return Err(TurntableError::DirectionsTooAlike);
+    }
     let squares = readings.iter().map(|r| ((r - bias).norm() - strength).powi(2));
     #[allow(clippy::cast_precision_loss)]
     let norm_residual = (squares.sum::<f64>() / readings.len() as f64).sqrt();
-    let observed = [0, 1, 2].map(|axis| solution.observed(axis));
-    let unknowns = (0..4).filter(|place| solution.observed(*place)).count();
     let sphere = SphereFit {
         bias,
         covariance: solution.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-        observed,
+        observed: [true; 3],
         chi_square: solution.chi_square,
-        degrees_of_freedom: degrees_of_freedom(solution.rows, unknowns),
+        degrees_of_freedom: degrees_of_freedom(solution.rows, 4),
         norm_residual,
     };
     let means: Vec<_> = rests

@@ -180,8 +180,7 @@ fn uneven(rests: &[FieldRest], stated: Option<&ModelCovariance<f64>>) -> Vec<usi
     disagreeing(rests.len(), 1, |kept| {
         let some: Vec<_> = kept.iter().map(|k| rests[*k]).collect();
         let sphere = fit_field(&some, None).ok()?.sphere;
-        let shown = sphere.observed == [true; 3];
-        shown.then_some((sphere.chi_square, sphere.degrees_of_freedom))
+        Some((sphere.chi_square, sphere.degrees_of_freedom))
     })
 }
 
@@ -214,11 +213,13 @@ const NONE: f64 = 1e-18;
 
 /// Chance of a difference where there is none, by the noise that rests show and by that of the residuals.
 const FALSE_ALARM: f64 = 1e-3;
-const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
 
 impl TargetFieldFit {
     fn of(rests: &[FieldRest], stated: Option<&ModelCovariance<f64>>) -> Result<Self, TurntableError> {
         let plain = Self::prepared(fit_field(rests, stated)?, rests, 0.0)?;
+        if plain.solved.observed.contains(&false) {
+            return Ok(plain);
+        }
         let largest = LARGEST_DIFFERENCE * plain.field.strength;
         let wide = Self::prepared(plain.field, rests, largest.powi(2))?;
         if !wide.explains_more(&plain) {
@@ -276,7 +277,7 @@ impl TargetFieldFit {
         let ratio = explained / 3.0 / (with.chi_square / freedom);
         freedom > 0.0
             && chi_square_tail(explained, 3.0) < FALSE_ALARM
-            && f_tail(ratio, 3.0, freedom) < FALSE_ALARM_BY_RESIDUALS // eq. 51
+            && f_tail(ratio, 3.0, freedom) < FALSE_ALARM // eq. 51
     }
 
     /// Difference of the field between the places without its part along the field, uT, upwards, north and west.
@@ -383,6 +384,10 @@ mod tests {
     }
 
     fn calibrated(played: &Played) -> TargetMagnetometer {
+        tried(played).expect("enough rests")
+    }
+
+    fn tried(played: &Played) -> Result<TargetMagnetometer, TurntableError> {
         let samples = |field| FieldSamples {
             time: &played.time,
             field,
@@ -392,7 +397,7 @@ mod tests {
             samples: samples(&played.reference),
             uncertainty: None,
         };
-        calibrate_magnetometer(&reference, &samples(&played.target), &played.spans).expect("enough rests")
+        calibrate_magnetometer(&reference, &samples(&played.target), &played.spans)
     }
 
     #[test]
@@ -411,6 +416,15 @@ mod tests {
         let difference = found.difference.expect("0.8 uT stand out of the noise");
         assert!((difference.z - 0.8).abs() < 0.1, "{difference}");
         assert!((found.calibration.model.bias - model().bias).norm() < 0.1);
+    }
+
+    #[test]
+    fn a_field_met_from_three_directions_only_shows_nothing() {
+        let mut few = played(Vector3::zeros(), None);
+        few.spans.truncate(3);
+        let again = few.spans.clone();
+        few.spans.extend(again);
+        assert_eq!(tried(&few).unwrap_err(), TurntableError::DirectionsTooAlike);
     }
 
     #[test]

@@ -50,8 +50,8 @@ def _sentences(field: SharedField) -> Iterator[str]:
     else:
         up, north, west = (fixed(float(value), 2) for value in field.difference)
         yield (
-            f"Field at the target less that at the reference, across the field: {up} µT upwards, {north} µT to "
-            f"magnetic north, {west} µT to the west."
+            f"Field at the target less that at the reference, across the field: {up} µT upwards, {north} µT "
+            f"to magnetic north, {west} µT to the west."
         )
 
 
