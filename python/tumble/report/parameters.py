@@ -12,7 +12,8 @@ from markupsafe import Markup
 
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadName, TriadResult
+from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
+from tumble.foundation.units import CalibratedTriad
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.limits import used_share
 from tumble.report.numbers import (
@@ -113,7 +114,7 @@ def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[
 
 
 def limited_groups(
-    triad: TriadName, found: TriadResult | None, checks: Sequence[LimitCheck]
+    triad: CalibratedTriad, found: TriadResult | None, checks: Sequence[LimitCheck]
 ) -> tuple[ParameterGroup, ...]:
     """Prints what else of a triad has limits: noise and residuals, and all where it has no result."""
     estimated = {parameter.name for parameter in found.parameters} if found else set()

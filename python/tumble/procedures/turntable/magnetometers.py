@@ -62,7 +62,7 @@ class ReferenceMagnetometer:
         known = applied if applied is not None and applied.magnetometer is not None else None
         recording = unit.recording
         track = recording.magnetic if known is None else corrected_magnetometer(known, recording)
-        if track is None or recording.parts:
+        if track is None:
             return None
         return cls(track, known is not None, of_calibration(known, "magnetometer"))
 
@@ -94,9 +94,7 @@ def calibrated_magnetometer(
     if track is None:
         return TargetMagnetometer()
     if known is None:
-        return _none("the log of the reference has none, or one file a pose")
-    if unit.recording.parts:
-        return _none("the log has one file a pose")
+        return _none("the log of the reference has none")
     try:
         found = _fit(reference, known, unit, track, figures)
     except _core.CoreError as error:
