@@ -1,6 +1,6 @@
 """Magnetometers on a turntable: error against the bound, coverage, magnets near rests, fields that differ.
 
-`python -m benchmarks.turntable_magnetometer [--sessions 300]`
+`python -m benchmarks.turntable_magnetometer [--sessions 3000]`
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def measure(sessions: int) -> Content:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sessions", type=int, default=300)
+    parser.add_argument("--sessions", type=int, default=3000)
     parser.add_argument("--no-save", action="store_true")
     options = parser.parse_args()
     content = measure(options.sessions)
