@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 import yaml
@@ -247,18 +247,23 @@ def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
     return (f"{key} " if key else "") + _in_words(first, model)
 
 
+def _is_row(value: object) -> TypeGuard[Sequence[object]]:
+    # To ask an abstract class takes ten times as long, and most are numbers.
+    if isinstance(value, float | str):
+        return False
+    return isinstance(value, (list, Sequence))
+
+
 def _has_shape(value: object, shape: tuple[int, ...]) -> bool:
     if not shape:
-        return not isinstance(value, Sequence) or isinstance(value, str)
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != shape[0]:
+        return not _is_row(value)
+    if not _is_row(value) or len(value) != shape[0]:
         return False
     return all(_has_shape(item, shape[1:]) for item in value)
 
 
 def _flatten(value: object) -> list[object]:
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [number for item in value for number in _flatten(item)]
-    return [value]
+    return [number for item in value for number in _flatten(item)] if _is_row(value) else [value]
 
 
 def _bounds(stray: object) -> str:

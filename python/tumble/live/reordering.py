@@ -12,8 +12,10 @@ from tumble.logs.track import RawSamples
 
 MISSING = 1.5
 """Usual steps between two samples beyond which one is missing between them."""
+_SHORT = 0.6
+"""Usual steps between two samples below which the sender was late with the first."""
 _CAUGHT_UP = 0.6
-"""Usual steps by which a sender may still be late: more than a step may be short and count as usual."""
+"""Usual steps by which a sender may still be late: what is left makes the next step a short one."""
 ADAPTATION = 0.02
 """Share of the newest step in the usual one."""
 
@@ -71,8 +73,8 @@ class ReorderBuffer:
 
         Where a sample is missing, those behind it keep the usual step. One that came twice shows neither.
         """
-        excess = np.where(steps > 0.0, steps - self._usual, 0.0)
-        excess[np.abs(excess) < (MISSING - 1.0) * self._usual] = 0.0
+        is_usual = (steps >= _SHORT * self._usual) & (steps <= MISSING * self._usual)
+        excess = np.where(is_usual | (steps <= 0.0), 0.0, steps - self._usual)
         late = np.cumsum(excess)
         least_behind = np.minimum.accumulate(late[::-1])[::-1]
         made_up: NDArray[np.bool_] = least_behind - (late - excess) <= _CAUGHT_UP * self._usual
