@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import fleet_functions
-from fleet_jobs import LosingEngine, function_job, results_of, run_job, values_of
+from fleet_jobs import LosingEngine, SerialEngine, function_job, results_of, run_job, values_of
 from repetitions import repetitions
 from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import read_status
@@ -40,6 +40,20 @@ def test_lost_workers_lose_and_double_nothing(tmp_path):
         # An input that lost three workers by chance is computed by another run.
         assert run_job(job, LosingEngine(np.random.default_rng(seed + 1000)), resume=True).inputs == 30
         assert status.done == 30
+
+
+def test_tasks_shrink_so_that_no_worker_ends_long_after_others(tmp_path):
+    sizes = []
+
+    class NotingEngine(SerialEngine):
+        def submit(self, task):
+            sizes.append(len(task.inputs))
+            return super().submit(task)
+
+    run_job(function_job(tmp_path, seeds=(0, 400), task_seconds=600.0), NotingEngine(slots=2))
+    left = 400 - np.cumsum([0, *sizes[:-1]])
+    assert sum(sizes) == 400
+    assert all(size <= max(4, before // 4) for size, before in zip(sizes, left, strict=True))
 
 
 def test_input_that_kills_its_worker_is_isolated(tmp_path):

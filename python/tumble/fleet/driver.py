@@ -25,6 +25,8 @@ from tumble.foundation.errors import TumbleError
 FIRST_TASK = 4
 """Inputs of a task before it is known how long one takes."""
 LARGEST_TASK = 512
+_TASKS_LEFT = 2
+"""Least number of tasks for each worker among which what is left is shared."""
 _LOOK = 0.5
 """s between two looks at whether the job is to end."""
 _STATUS_EVERY = 2.0
@@ -54,6 +56,8 @@ class FleetRun:
     _engine: FleetEngine = field(init=False)
     _lease: DriverLease = field(init=False)
     _under_way: int = 0
+    _given: int = 0
+    """Inputs that were put into tasks."""
     _inputs: int = 0
     _earlier: int = 0
     _done: int = 0
@@ -136,13 +140,20 @@ class FleetRun:
         if self._again:
             return self._again.popleft()
         inputs = tuple(islice(self._open, self._task_size()))
+        self._given += len(inputs)
         return FleetTask(self.job, inputs, self._date, _core.__version__) if inputs else None
 
     def _task_size(self) -> int:
-        """Returns the number of inputs that take as long as a task should."""
+        """Returns the number of inputs that take as long as a task should.
+
+        Towards the end they are fewer, so that no worker is left with a task while others have none.
+        """
         if self._seconds_an_input <= 0.0:
             return FIRST_TASK
-        return max(1, min(LARGEST_TASK, round(self.job.task_seconds / self._seconds_an_input)))
+        usual = round(self.job.task_seconds / self._seconds_an_input)
+        left = self._inputs - self._earlier - self._given
+        share = max(FIRST_TASK, left // (_TASKS_LEFT * self._engine.slots))
+        return max(1, min(LARGEST_TASK, usual, share))
 
     def _take(self, finished: Finished) -> None:
         outcome = finished.outcome
