@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
@@ -31,6 +32,8 @@ from tumble.logs.units import find_unit
 _HEAD_LINES = 400
 _LONGEST_LINE = 1000
 _NUMBER = re.compile(r"(?<![\w.^/])[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w^])")
+_BETWEEN = re.compile(f"({_NUMBER.pattern})")
+"""Splits a line into words, of which every second one is a number."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d\d):(\d\d(?:\.\d+)?)\s*->\s?")
 """Time of day, s, that the monitor of the Arduino IDE puts before each line."""
 _LETTER = re.compile("[A-Za-z]")
@@ -42,6 +45,7 @@ _USUAL_SHARE = 0.5
 """Share of the most frequent kind of line: kinds of lines that come as often belong to a sample."""
 _FEWEST_NUMBERS, _FEWEST_SAMPLES = 6, 3
 _LONGEST_LABEL = 60
+_KINDS_KNOWN = 256
 _ROTATION = re.compile(r"(?i)(gyro )?rotation\b")
 
 
@@ -251,15 +255,21 @@ def _unit(text: str) -> bool:
 
 def _kind(text: str) -> str:
     """Returns the words of a line, each number of it as #."""
-    return re.sub(r"\s+", " ", _NUMBER.sub("#", text)).strip()
+    return _kind_of(*_BETWEEN.split(text)[::2])
+
+
+@lru_cache(maxsize=_KINDS_KNOWN)
+def _kind_of(*words: str) -> str:
+    """Returns the kind of a line of these words, the same ones line after line, with a number between two."""
+    return re.sub(r"\s+", " ", "#".join(words)).strip()
 
 
 def _decoded(line: bytes) -> str:
     return line.decode("utf-8", errors="replace").rstrip("\r\n")
 
 
-def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str]]:
-    """Returns number, time of day, s, text and kind of each line of a sample."""
+def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str, list[str]]]:
+    """Returns number, time of day, s, text and kind of each line of a sample, and the numbers in it."""
     days, last = 0.0, 0.0
     with open_text(path) as file:
         for number, raw in enumerate(iter(lambda: file.readline(_LONGEST_LINE), b""), start=1):
@@ -270,9 +280,10 @@ def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str]]
                 if time < last - 0.5 * _DAY:
                     days += _DAY
                 last, line = time, line[match.end() :]
-            kind = _kind(line)
+            parts = _BETWEEN.split(line)
+            kind = _kind_of(*parts[::2])
             if kind:
-                yield number, time + days, line, kind
+                yield number, time + days, line, kind, parts[1::2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,7 +316,7 @@ def _tables(path: Path, layout: _Layout) -> Iterator[_Table]:
         return _Table(named, list(numbers), tuple(bad))
 
     expected = 0
-    for number, time, text, kind in _lines(path, layout):
+    for number, time, text, kind, found in _lines(path, layout):
         if kind != layout.kinds[expected]:
             if began and (part or kind not in layout.kinds) and numbers:
                 bad.append(f"line {number} reads {quoted(text.strip())}, unlike the lines of other samples")
@@ -314,7 +325,7 @@ def _tables(path: Path, layout: _Layout) -> Iterator[_Table]:
                 continue
         if expected == 0:
             began, stamp, part = number, time, []
-        part = [*part, *map(float, _NUMBER.findall(text))]
+        part = [*part, *map(float, found)]
         expected = (expected + 1) % len(layout.kinds)
         if expected == 0:
             rows.append([*part, stamp])
