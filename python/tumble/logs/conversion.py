@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray, ResolvedUnit
@@ -17,6 +18,7 @@ from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.triads import change_axes, gathered, largest_each, whole
 from tumble.logs.units import (
     IMU_STEPS,
+    LARGEST_READING,
     MAGNETOMETER_STEPS,
     TEMPERATURE_ZERO,
     UNITS,
@@ -180,7 +182,7 @@ def conversion_for(
 
 def _credible(track: Stating, triad: Triad, readings: FloatArray, recorded: Collection[Triad]) -> FloatArray:
     """Returns only plausible readings, from which units are guessed."""
-    if triad not in recorded:
+    if triad not in recorded or (len(readings) and _core.largest(readings) < LARGEST_READING):
         return readings
     numbers = whole(readings)
     if not numbers.any():
