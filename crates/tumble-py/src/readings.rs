@@ -45,10 +45,10 @@ fn largest_of(values: &[f64]) -> f64 {
             } else {
                 *largest
             };
-            *finite += value - value;
+            *finite += 0.0 * value;
         }
     }
-    let sound = finite.iter().sum::<f64>() + rest.iter().map(|value| value - value).sum::<f64>();
+    let sound = finite.iter().sum::<f64>() + rest.iter().map(|value| 0.0 * value).sum::<f64>();
     let found = largest
         .iter()
         .copied()

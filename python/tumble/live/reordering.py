@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,8 +19,10 @@ _SHORT = 0.6
 """Usual steps between two samples below which the sender was late with the first."""
 _CAUGHT_UP = 0.6
 """Usual steps by which a sender may still be late: what is left makes the next step a short one."""
-ADAPTATION = 0.02
-"""Share of the newest step in the usual one."""
+_STEPS_KEPT = 64
+"""Newest steps, from which the usual one is found."""
+_STEPS_BETWEEN = 16
+"""Steps between two such medians."""
 
 
 class ReorderBuffer:
@@ -39,6 +44,8 @@ class ReorderBuffer:
         """Stamp of the newest sample that was given, s."""
         self._usual = np.nan
         """s between two samples."""
+        self._steps: deque[float] = deque(maxlen=_STEPS_KEPT)
+        self._new_steps = 0
 
     def push(self, readings: Readings, arrival: float) -> tuple[Readings, float]:
         """Adds samples with stamps in s; returns those that are ready, and the arrival of the last.
@@ -123,13 +130,25 @@ class ReorderBuffer:
 
     def _note(self, stamps: FloatArray) -> None:
         """Keeps the newest stamp, and lets the usual step follow the rate, whatever single steps do."""
-        step = (float(stamps[-1]) - self._last) / len(stamps)
-        if step > 0.0:
-            self._usual += ADAPTATION * min(step - self._usual, self._usual)
+        last = self._last
+        for stamp in stamps.tolist():
+            # Those after samples that came too late, or after none, are no steps.
+            if stamp > last:
+                self._steps.append(stamp - last)
+                self._new_steps += 1
+            last = stamp
+        if self._new_steps >= _STEPS_BETWEEN:
+            self._usual, self._new_steps = _usual_of(self._steps), 0
         self._last = float(stamps[-1]) if not stamps[-1] < self._last else self._last
 
 
 NONE = Readings(RawSamples(np.empty(0), np.empty((0, 3)), np.empty((0, 3))))
+
+
+def _usual_of(steps: Collection[float]) -> float:
+    """Returns the median step, which lost samples do not move; the mean where most samples were sent late."""
+    median, mean = sorted(steps)[len(steps) // 2], sum(steps) / len(steps)
+    return median if median > 0.5 * mean else mean
 
 
 def _stamps(readings: Readings) -> FloatArray:
