@@ -8,7 +8,8 @@
 //!
 //! - a header, that all copied entries were written;
 //! - an entry after the copied ones, that a copy of the header was. Without one the older bank stays in use, which holds
-//!   the same;
+//!   the same. It stays so too if there is one alone and copied ones are not whole: that one was marginal, and in a boot
+//!   that did not read it, the younger bank was to be erased;
 //! - an entry, that the one in the slot before it was: between those of two boots a slot is cleared, since the first
 //!   that reads as erased may be where power was cut.
 //!
@@ -19,8 +20,9 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
+use crate::checksum::CHECKSUM;
 use crate::flash::entry::{ENTRY, Entry, HEAD, Label};
-use crate::flash::header::{COPY, Copy, HEADER, Header, NO_CONTENT, PASSED_OVER, with_entry};
+use crate::flash::header::{COPY, Copy, HEADER, Header, NO_CONTENT, NO_ENTRY, with_entry};
 use crate::flash::useful::Slots;
 use crate::flash::words::{Done, FlashWords, Seen};
 use crate::flash::{LayoutError, StoreError};
@@ -98,7 +100,7 @@ impl<F: NorFlash> Banks<F> {
     /// Finds the bank in use: the younger, if it is known to be whole.
     pub fn in_use(&mut self) -> Seen<Option<Bank>, F> {
         Ok(match self.by_age()? {
-            (older, Some(younger)) if older.is_none() || self.holds_appended(&younger)? => Some(younger),
+            (older, Some(younger)) if older.is_none() || self.is_proven(&younger)? => Some(younger),
             (older, _) => older,
         })
     }
@@ -130,17 +132,38 @@ impl<F: NorFlash> Banks<F> {
         Ok(Header::of(&bytes))
     }
 
-    /// Checks whether an entry that was not copied is whole: it proves the header written, and excludes an erasure begun
-    /// since, which would leave neither that entry nor the copied ones.
+    /// Checks whether entries that were not copied prove the header of a bank written, and no erasure begun since. One alone
+    /// may be marginal: in a boot that did not read it, half of the bank may have been erased. So it proves nothing unless
+    /// the copied entries are whole.
     #[inline(never)]
-    fn holds_appended(&mut self, bank: &Bank) -> Seen<bool, F> {
-        let mut entry = Entry::blank();
+    fn is_proven(&mut self, bank: &Bank) -> Seen<bool, F> {
+        if self.free.is_some() {
+            return Ok(true);
+        }
+        let (mut entry, mut appended) = (Entry::blank(), 0);
         for slot in bank.header.copied..self.end(bank)? {
-            if self.fetch(bank, slot, &mut entry)? {
+            appended += u32::from(self.fetch(bank, slot, &mut entry)?);
+            if appended == 2 {
                 return Ok(true);
             }
         }
-        Ok(false)
+        Ok(appended == 1 && self.holds_copied(bank)?)
+    }
+
+    /// Checks whether the entries that were copied to a bank are as they were then.
+    fn holds_copied(&mut self, bank: &Bank) -> Seen<bool, F> {
+        let mut content = NO_CONTENT;
+        for slot in 0..bank.header.copied.min(self.slots()) {
+            content = with_entry(content, self.signature(bank, slot)?);
+        }
+        Ok(content == bank.header.content)
+    }
+
+    /// Signature of the entry in a slot, or of none.
+    fn signature(&mut self, bank: &Bank, slot: u32) -> Seen<[u8; CHECKSUM], F> {
+        let mut entry = Entry::blank();
+        let is_whole = self.fetch(bank, slot, &mut entry)?;
+        Ok(if is_whole { entry.signature() } else { NO_ENTRY })
     }
 
     /// Checks whether the entry in a slot stays readable in later boots: it was copied, or is the last of this boot, or
@@ -229,13 +252,13 @@ impl<F: NorFlash> Banks<F> {
             self.erase(first)?;
             return self.commit(first, Header::first(), 0);
         };
-        if !self.holds_appended(&bank)? {
+        if let Some(slot) = known {
+            return Ok(Free { bank, slot });
+        }
+        if !self.is_proven(&bank)? {
             return self.turn_over(&older.unwrap_or(bank));
         }
-        let slot = match known {
-            Some(slot) => slot,
-            None => self.first_untouched(&bank)?,
-        };
+        let slot = self.first_untouched(&bank)?;
         Ok(Free { bank, slot })
     }
 
@@ -347,8 +370,9 @@ impl<F: NorFlash> Banks<F> {
         };
         let taken = self.write_from(Free { bank, slot: *next }, &entry)?;
         let taken = taken.ok_or(StoreError::NotAsWritten)?;
-        for _ in *next..taken {
-            *content = with_entry(*content, PASSED_OVER);
+        for passed in *next..taken {
+            // A slot with a bit that is stuck reads as whole, as it is corrected.
+            *content = with_entry(*content, self.signature(&bank, passed)?);
         }
         *content = with_entry(*content, entry.signature());
         *next = taken + 1;

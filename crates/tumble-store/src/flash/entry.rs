@@ -4,7 +4,7 @@
 use tumble_core::redundancy::sensor::Sensor;
 
 use crate::checksum::{CHECKSUM, correct_bit, is_signed, sign};
-use crate::record::{DRIFT_ENCODED, MAX_ENCODED, sensor, sensor_code};
+use crate::record::{DRIFT_ENCODED, MAGNETOMETER, MAX_ENCODED, is_sensor, sensor_code};
 
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
@@ -12,8 +12,8 @@ pub const ENTRY: usize = 192;
 /// Byte of erased flash.
 pub const ERASED: u8 = 0xFF;
 
-/// Filler after a drift record, which is so short that parts of its entry would read as erased, and be cleared after a
-/// cut.
+/// Filler after a record of a drift or of a magnetometer. It is so short that parts of its entry would read as erased, and
+/// be cleared after a cut.
 const FILLED: u8 = 0;
 
 /// Bytes before the record that identify it: kind, length, sensor, one that stays erased, identity.
@@ -24,11 +24,30 @@ const ROOM: usize = ENTRY - HEAD - CHECKSUM;
 
 const _: () = assert!(MAX_ENCODED <= ROOM && DRIFT_ENCODED <= ROOM);
 
-/// Unit and sensor of a record.
+/// Unit of a record, and the code of its sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    pub identity: u64,
-    pub sensor: Sensor,
+    identity: u64,
+    sensor: u8,
+}
+
+impl Key {
+    /// Key of a sensor of an IMU.
+    pub fn of(identity: u64, sensor: Sensor) -> Self {
+        Self {
+            identity,
+            sensor: sensor_code(sensor),
+        }
+    }
+
+    /// Key of a magnetometer.
+    #[cfg(feature = "magnetometer")]
+    pub fn of_magnetometer(identity: u64) -> Self {
+        Self {
+            identity,
+            sensor: MAGNETOMETER,
+        }
+    }
 }
 
 /// Origin of a record of errors, or the mark of a temperature drift.
@@ -82,7 +101,7 @@ impl Label {
     pub fn of(kind: Kind, key: Key) -> Self {
         Self {
             kind: kind.code(),
-            sensor: sensor_code(key.sensor),
+            sensor: key.sensor,
             identity: key.identity,
         }
     }
@@ -107,7 +126,7 @@ impl Label {
 
     /// The kind, where kind and sensor have a meaning.
     pub fn kind(&self) -> Option<Kind> {
-        sensor(self.sensor).and_then(|_| Kind::of(self.kind))
+        Kind::of(self.kind).filter(|_| is_sensor(self.sensor))
     }
 }
 
@@ -125,7 +144,7 @@ impl Entry {
     /// One of a sensor, into which a record is to be put.
     pub fn of(kind: Kind, key: Key) -> Self {
         let mut entry = Self::blank();
-        if kind == Kind::Drift {
+        if kind == Kind::Drift || key.sensor == MAGNETOMETER {
             entry.room().fill(FILLED);
         }
         let label = Label::of(kind, key);

@@ -25,8 +25,8 @@ pub struct Header {
     sequence: u32,
     /// Slots to which entries were copied from the bank before.
     pub copied: u32,
-    /// Checksum of them, for firmware that asks for it.
-    content: u32,
+    /// Checksum of them.
+    pub content: u32,
 }
 
 /// A copy of a header, or as many bytes, aligned for drivers that move whole words.
@@ -115,5 +115,5 @@ pub fn with_entry(content: u32, signature: [u8; CHECKSUM]) -> u32 {
     checksum(0, [content.to_le_bytes(), signature].as_flattened())
 }
 
-/// The signature of a slot that did not take an entry.
-pub const PASSED_OVER: [u8; CHECKSUM] = [0; CHECKSUM];
+/// The signature of a slot that holds no whole entry.
+pub const NO_ENTRY: [u8; CHECKSUM] = [0; CHECKSUM];

@@ -17,26 +17,26 @@ mod at;
 mod bank;
 mod entry;
 mod header;
+mod kept;
 mod limit;
+#[cfg(feature = "magnetometer")]
+mod magnetometer;
 mod useful;
 mod words;
 
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
-use tumble_core::real::Real;
-use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::temperature::TemperatureDrift;
 
 pub use crate::flash::at::At;
 use crate::flash::bank::{Bank, Banks};
 use crate::flash::entry::{Entry, Key, Kind, Label};
+use crate::flash::kept::Kept;
 pub use crate::flash::limit::WriteLimit;
 use crate::flash::limit::Writes;
-use crate::record::{
-    DecodeError, DriftRecord, EncodeError, StoredRecord, decode_drift, decode_in, encode_drift, encode_of,
-};
+use crate::record::{DecodeError, DriftRecord, EncodeError, StoredRecord, decode_drift, encode_drift};
 
 /// Which of the records of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +144,7 @@ impl<F: NorFlash> RecordStore<F> {
         identity: u64,
         sensor: Sensor,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
-        self.read(Key { identity, sensor }, None)
+        self.read(Key::of(identity, sensor), None)
     }
 
     /// One of the records of a sensor.
@@ -157,7 +157,7 @@ impl<F: NorFlash> RecordStore<F> {
         sensor: Sensor,
         which: Which,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
-        self.read(Key { identity, sensor }, Some(which))
+        self.read(Key::of(identity, sensor), Some(which))
     }
 
     /// Puts a record in force; the one adopted before it stays as the previous one. Nothing is written if it is in
@@ -166,7 +166,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError`]; the old one is in force, unless the flash failed after the new one was whole.
     pub fn save(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
-        self.keep(now, Kind::Adopted, &record.record, record.temperature)
+        self.keep(now, Kind::Adopted, record)
     }
 
     /// Keeps a record as the factory's; it is in force until another is saved.
@@ -174,7 +174,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError`], as of [`RecordStore::save`].
     pub fn save_factory(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
-        self.keep(now, Kind::Factory, &record.record, record.temperature)
+        self.keep(now, Kind::Factory, record)
     }
 
     /// Reads the temperature drift of a sensor, if one was stored; calibrations leave it as it is.
@@ -186,7 +186,7 @@ impl<F: NorFlash> RecordStore<F> {
         identity: u64,
         sensor: Sensor,
     ) -> Result<Option<TemperatureDrift<f32>>, StoreError<F::Error>> {
-        let key = Key { identity, sensor };
+        let key = Key::of(identity, sensor);
         let mut entry = Entry::blank();
         if self.find(key, &[Kind::Drift], &mut entry)?.is_none() {
             return Ok(None);
@@ -202,10 +202,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError`], as of [`RecordStore::save`].
     pub fn save_drift(&mut self, now: u64, record: &DriftRecord) -> Result<Saved, StoreError<F::Error>> {
-        let key = Key {
-            identity: record.identity,
-            sensor: record.sensor,
-        };
+        let key = Key::of(record.identity, record.sensor);
         let mut entry = Entry::of(Kind::Drift, key);
         let length = encode_drift(record, entry.room())
             .map_err(StoreError::Encode)?
@@ -255,45 +252,41 @@ impl<F: NorFlash> RecordStore<F> {
         self.banks.into_flash()
     }
 
-    /// Reads one of the records of a sensor, or the one in force, in either precision.
+    /// Reads one of the records of a sensor, or the one in force.
     #[inline(never)]
-    fn read<T: Real>(
-        &mut self,
-        key: Key,
-        which: Option<Which>,
-    ) -> Result<Option<StoredRecord<T>>, StoreError<F::Error>> {
-        let kinds: &[Kind] = match which {
-            None => &IN_FORCE,
-            Some(Which::Last | Which::Previous) => &[Kind::Adopted],
-            Some(Which::Factory) => &[Kind::Factory],
-        };
+    fn read<R: Kept>(&mut self, key: Key, which: Option<Which>) -> Result<Option<R>, StoreError<F::Error>> {
         let mut entry = Entry::blank();
-        let Some((bank, slot)) = self.find(key, kinds, &mut entry)? else {
-            return Ok(None);
-        };
-        if which == Some(Which::Previous) && !self.find_previous(&bank, slot, key, &mut entry)? {
+        if !self.find_which(key, which, &mut entry)? {
             return Ok(None);
         }
-        let stored = decode_in(entry.record()).map_err(StoreError::Decode)?;
-        if key_of(&stored.record) == key {
-            Ok(Some(stored))
+        let found = R::decode(entry.record()).map_err(StoreError::Decode)?;
+        if found.key() == key {
+            Ok(Some(found))
         } else {
             Err(StoreError::Decode(DecodeError::Corrupt))
         }
     }
 
-    /// Stores a record of either precision.
+    /// Finds the entry of one of the records of a sensor, or of the one in force; returns whether there is one.
     #[inline(never)]
-    fn keep<T: Real>(
-        &mut self,
-        now: u64,
-        kind: Kind,
-        record: &Record<T>,
-        temperature: Option<f32>,
-    ) -> Result<Saved, StoreError<F::Error>> {
-        let key = key_of(record);
+    fn find_which(&mut self, key: Key, which: Option<Which>, entry: &mut Entry) -> Result<bool, F::Error> {
+        let kinds: &[Kind] = match which {
+            None => &IN_FORCE,
+            Some(Which::Last | Which::Previous) => &[Kind::Adopted],
+            Some(Which::Factory) => &[Kind::Factory],
+        };
+        let Some((bank, slot)) = self.find(key, kinds, entry)? else {
+            return Ok(false);
+        };
+        Ok(which != Some(Which::Previous) || self.find_previous(&bank, slot, key, entry)?)
+    }
+
+    /// Stores a record as of the factory, or as adopted.
+    #[inline(never)]
+    fn keep<R: Kept>(&mut self, now: u64, kind: Kind, record: &R) -> Result<Saved, StoreError<F::Error>> {
+        let key = record.key();
         let mut entry = Entry::of(kind, key);
-        let length = encode_of(record, temperature, entry.room()).map_err(StoreError::Encode)?;
+        let length = record.encode(entry.room()).map_err(StoreError::Encode)?;
         entry.end(length);
         let replaced: &[Kind] = if kind == Kind::Adopted { &IN_FORCE } else { &[kind] };
         self.store(now, key, replaced, &entry)
@@ -366,12 +359,5 @@ impl<F: NorFlash> RecordStore<F> {
             end = slot;
         }
         Ok(false)
-    }
-}
-
-fn key_of<T: Real>(record: &Record<T>) -> Key {
-    Key {
-        identity: record.identity,
-        sensor: record.sensor,
     }
 }

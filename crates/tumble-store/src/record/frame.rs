@@ -18,6 +18,9 @@ const SENSOR: usize = 11;
 /// In the order of their codes.
 const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
 
+/// Code of a magnetometer: the next after those of an IMU.
+pub const MAGNETOMETER: u8 = 2;
+
 /// Bytes before what a version has of its own.
 pub const HEAD: usize = 12;
 
@@ -91,8 +94,13 @@ pub fn sensor_code(sensor: Sensor) -> u8 {
 }
 
 /// The sensor of a code.
-pub fn sensor(code: u8) -> Option<Sensor> {
+fn sensor(code: u8) -> Option<Sensor> {
     SENSORS.get(usize::from(code)).copied()
+}
+
+/// Checks that a code has a meaning.
+pub fn is_sensor(code: u8) -> bool {
+    code <= MAGNETOMETER
 }
 
 /// The code of one of several, which is its place among them.

@@ -7,15 +7,12 @@ use tumble_core::model::ErrorModel;
 use tumble_core::products::zeros;
 
 use crate::checksum::CHECKSUM;
-use crate::record::frame::{HEAD, begin_with, end, field, put, subject_code};
+use crate::record::frame::{HEAD, MAGNETOMETER, begin_with, end, field, put, subject_code};
 use crate::record::numbers::{self, NUMBER, words, words_mut};
 use crate::record::{DecodeError, EncodeError, Field, Load, MagnetometerRecord};
 
 /// The version that is written.
 pub const VERSION: u8 = 4;
-
-/// Code of the sensor: the next after those of an IMU.
-const SENSOR: u8 = 2;
 
 /// In the order of their codes.
 const LOADS: [Load; 2] = [Load::Current, Load::Throttle];
@@ -33,7 +30,7 @@ pub const ENCODED: usize = NUMBERS_END + CHECKSUM;
 pub fn write(record: &MagnetometerRecord, buffer: &mut [u8]) -> Result<usize, EncodeError> {
     check(record).map_err(EncodeError::NotFinite)?;
     let bytes = buffer.get_mut(..ENCODED).ok_or(EncodeError::NoRoom)?;
-    begin_with(bytes, VERSION, record.identity, SENSOR);
+    begin_with(bytes, VERSION, record.identity, MAGNETOMETER);
     put(bytes, HEAD, [u8::from(record.load == Load::Throttle)]);
     let MagnetometerModel { model, current } = &record.magnetometer;
     let parts: [&[f32]; 5] = [
@@ -54,7 +51,7 @@ pub fn read(bytes: &[u8]) -> Result<MagnetometerRecord, DecodeError> {
         return Err(DecodeError::Corrupt);
     }
     let (identity, sensor) = subject_code(bytes)?;
-    if sensor != SENSOR {
+    if sensor != MAGNETOMETER {
         return Err(DecodeError::UnknownCode {
             field: Field::Sensor,
             found: sensor,

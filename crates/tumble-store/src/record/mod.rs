@@ -11,7 +11,7 @@ mod magnetometer;
 mod numbers;
 mod sensor_error;
 
-pub(crate) use frame::{sensor, sensor_code};
+pub(crate) use frame::{MAGNETOMETER, is_sensor, sensor_code};
 
 use nalgebra::{Matrix3, Vector3, convert, convert_unchecked};
 use tumble_core::magnetometer::MagnetometerModel;
@@ -156,6 +156,10 @@ pub fn encode<'b>(stored: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8
 
 /// Writes a record of either precision at the start of `buffer`; gives how many bytes it has.
 pub(crate) use sensor_error::write as encode_of;
+
+/// Writes the error of a magnetometer at the start of `buffer`; gives how many bytes it has.
+#[cfg(feature = "magnetometer")]
+pub(crate) use magnetometer::write as encode_magnetometer_of;
 
 /// Reads a record from the bytes that are it, neither more nor fewer.
 ///

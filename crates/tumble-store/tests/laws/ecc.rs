@@ -6,7 +6,7 @@ use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_store::flash::{RecordStore, StoreError};
 
 use crate::common::ecc::{Bus, Defect, Ecc};
-use crate::common::history::{Model, UNLIMITED, Update, drawn, make, numbered, open};
+use crate::common::history::{Model, TRIADS, UNLIMITED, Update, drawn, make, numbered, numbered_of, open};
 use crate::common::simulated::{Cuttable, Fault, PAGE};
 use crate::marginal::losses;
 
@@ -63,8 +63,8 @@ fn failures<const WORD: usize>(trials: usize, defects: usize, seed: u64) -> usiz
             if random.random_bool(0.1) {
                 store = reopened(&mut store);
             }
-            let sensor = SENSORS[random.random_range(0..2)];
-            let record = numbered(random.random_range(1..=2), sensor, number);
+            let triad = TRIADS[random.random_range(0..3)];
+            let record = numbered_of(random.random_range(1..=2), triad, number);
             let update = if number < 3 {
                 Update::SaveFactory(record)
             } else {
@@ -127,7 +127,7 @@ fn reads_that_fail_in_passing_lose_no_record() {
     flash.bus = Bus::FailsOnceIn(100);
     let mut store = open(flash);
     for number in 100..400 {
-        let update = Update::Save(numbered(1, Sensor::Gyroscope, number));
+        let update = Update::Save(numbered(1, Sensor::Gyroscope, number).into());
         make(&update, &mut store).unwrap();
         model.make(&update);
         assert_eq!(model.read(&mut store), model);
@@ -148,7 +148,7 @@ fn flash_that_stops_answering_is_an_error_and_no_empty_store() {
         assert!(fault || saved.is_ok());
         flash.bus = Bus::Sound;
         let mut new = model.clone();
-        new.make(&Update::Save(numbered(1, Sensor::Gyroscope, 1000)));
+        new.make(&Update::Save(numbered(1, Sensor::Gyroscope, 1000).into()));
         let found = new.read(&mut open(flash.back()));
         assert!(found == model || found == new, "after {stops_after} reads");
     }

@@ -207,7 +207,7 @@ fn too_many_units_are_refused_and_all_others_stay() {
     assert_eq!(entries, 21);
     let mut model = Model::default();
     for identity in 0..u64::from(entries) {
-        let update = Update::Save(numbered(identity, SENSOR, 1));
+        let update = Update::Save(numbered(identity, SENSOR, 1).into());
         make(&update, &mut store).unwrap();
         model.make(&update);
     }
@@ -327,7 +327,7 @@ fn the_count_of_banks_starts_again_from_zero_when_it_is_full() {
     let mut store = open(Simulated::<4>::new(2));
     let mut model = Model::default();
     let mut save = |store: &mut RecordStore<Simulated<4>>, number| {
-        let update = Update::Save(numbered(UNIT, SENSOR, number));
+        let update = Update::Save(numbered(UNIT, SENSOR, number).into());
         make(&update, store).unwrap();
         model.make(&update);
         assert_eq!(model.read(store), model, "record {number}");

@@ -1,17 +1,19 @@
-//! Laws of the error of a magnetometer as bytes.
+//! Laws of the error of a magnetometer as bytes, and in flash.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use postcard::fixint;
 use proptest::prelude::*;
 use serde::Serialize;
-use tumble_core::magnetometer::MagnetometerModel;
-use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::sensor::{SENSORS, Sensor};
+use tumble_store::flash::{Saved, Which};
 use tumble_store::record::{
-    DecodeError, EncodeError, Field, Load, MAGNETOMETER_ENCODED, MAGNETOMETER_VERSION, MAX_ENCODED,
+    DecodeError, EncodeError, Field, MAGNETOMETER_ENCODED, MAGNETOMETER_VERSION, MAX_ENCODED,
     MagnetometerRecord, decode, decode_drift, decode_magnetometer, encode, encode_magnetometer, length,
 };
 
-use crate::common::{NEWER, example, sign};
+use crate::common::history::{numbered, numbered_drift, numbered_magnetometer, open};
+use crate::common::simulated::Simulated;
+use crate::common::{NEWER, example, magnetometer, sign};
 
 /// Fields of version 4.
 #[derive(Serialize)]
@@ -27,22 +29,6 @@ struct Fields {
     bias_sigma: [f32; 3],
 }
 
-fn unit() -> MagnetometerRecord {
-    MagnetometerRecord {
-        identity: 0x0123_4567_89ab_cdef,
-        magnetometer: MagnetometerModel {
-            model: ErrorModel {
-                matrix: Matrix3::new(1.125, 0.0625, 0.0, 0.0625, 0.875, -0.03125, 0.0, -0.03125, 1.0),
-                bias: Vector3::new(12.5, -36.0, 4.5),
-            },
-            current: Vector3::new(0.5, -0.25, 2.0),
-        },
-        load: Load::Current,
-        matrix_sigma: Matrix3::from_element(1.0 / 1024.0),
-        bias_sigma: Vector3::new(0.125, 0.125, f32::INFINITY),
-    }
-}
-
 fn bytes_of(record: &MagnetometerRecord) -> Vec<u8> {
     encode_magnetometer(record, &mut [0; MAGNETOMETER_ENCODED])
         .unwrap()
@@ -51,7 +37,7 @@ fn bytes_of(record: &MagnetometerRecord) -> Vec<u8> {
 
 #[test]
 fn a_magnetometer_is_postcard_in_the_frame_of_all_records() {
-    let record = unit();
+    let record = magnetometer();
     let rows = |m: &Matrix3<f32>| <[[f32; 3]; 3]>::from(m.transpose());
     let fields = Fields {
         identity: record.identity,
@@ -75,9 +61,12 @@ fn a_magnetometer_is_postcard_in_the_frame_of_all_records() {
 #[test]
 fn a_magnetometer_is_no_record_of_another_kind() {
     let found = MAGNETOMETER_VERSION;
-    assert_eq!(decode(&bytes_of(&unit())), Err(DecodeError::OtherKind { found }));
     assert_eq!(
-        decode_drift(&bytes_of(&unit())),
+        decode(&bytes_of(&magnetometer())),
+        Err(DecodeError::OtherKind { found })
+    );
+    assert_eq!(
+        decode_drift(&bytes_of(&magnetometer())),
         Err(DecodeError::OtherKind { found })
     );
     let mut buffer = [0; MAX_ENCODED];
@@ -86,7 +75,7 @@ fn a_magnetometer_is_no_record_of_another_kind() {
         decode_magnetometer(error),
         Err(DecodeError::OtherKind { .. })
     ));
-    let mut newer = bytes_of(&unit());
+    let mut newer = bytes_of(&magnetometer());
     newer[2] = NEWER;
     sign(&mut newer);
     assert_eq!(
@@ -98,7 +87,7 @@ fn a_magnetometer_is_no_record_of_another_kind() {
 #[test]
 fn every_changed_bit_of_a_magnetometer_is_noticed() {
     for bit in 0..8 * MAGNETOMETER_ENCODED {
-        let mut changed = bytes_of(&unit());
+        let mut changed = bytes_of(&magnetometer());
         changed[bit / 8] ^= 1 << (bit % 8);
         assert!(decode_magnetometer(&changed).is_err(), "bit {bit}");
     }
@@ -107,7 +96,7 @@ fn every_changed_bit_of_a_magnetometer_is_noticed() {
 #[test]
 fn a_code_that_means_nothing_is_named() {
     for (offset, field) in [(11, Field::Sensor), (12, Field::Load)] {
-        let mut changed = bytes_of(&unit());
+        let mut changed = bytes_of(&magnetometer());
         changed[offset] = 7;
         sign(&mut changed);
         assert_eq!(
@@ -126,7 +115,7 @@ fn numbers_that_are_none_are_not_written() {
         |r| r.bias_sigma.y = f32::NAN,
     ];
     for spoil in spoilt {
-        let mut record = unit();
+        let mut record = magnetometer();
         spoil(&mut record);
         let outcome = encode_magnetometer(&record, &mut [0; MAGNETOMETER_ENCODED]).map(<[u8]>::len);
         assert_eq!(outcome, Err(EncodeError::NotFinite(Field::Magnetometer)));
@@ -144,4 +133,46 @@ proptest! {
             prop_assert_eq!(bytes_of(&record), framed);
         }
     }
+}
+
+#[test]
+fn a_magnetometer_is_kept_beside_the_other_sensors_of_its_unit() {
+    let mut store = open(Simulated::<4>::new(2));
+    let [factory, first, second] = [1, 2, 3].map(|number| numbered_magnetometer(5, number));
+    assert_eq!(store.magnetometer_in_force(5), Ok(None));
+    store.save_factory_magnetometer(0, &factory).unwrap();
+    assert_eq!(store.magnetometer_in_force(5), Ok(Some(factory)));
+    store.save_magnetometer(0, &first).unwrap();
+    assert_eq!(store.save_magnetometer(0, &second), Ok(Saved::Written));
+    assert_eq!(store.save_magnetometer(0, &second), Ok(Saved::AlreadyThere));
+    // More than a bank holds.
+    for number in 0..60 {
+        store.save(0, &numbered(5, Sensor::Gyroscope, number)).unwrap();
+    }
+    let of = |which| store.load_magnetometer(5, which).unwrap();
+    assert_eq!(
+        [Which::Factory, Which::Previous, Which::Last].map(of),
+        [factory, first, second].map(Some)
+    );
+    assert_eq!(store.roll_back_magnetometer(0, 5, Which::Previous), Ok(first));
+    assert_eq!(store.magnetometer_in_force(5), Ok(Some(first)));
+    assert_eq!(store.load(5, Sensor::Accelerometer, Which::Last), Ok(None));
+    assert_eq!(store.magnetometer_in_force(6), Ok(None));
+}
+
+/// The checksum is that of flash as the store wrote it before it took magnetometers.
+#[test]
+fn a_store_without_a_magnetometer_keeps_its_bytes() {
+    let mut store = open(Simulated::<4>::new(2));
+    for number in 0..40 {
+        let sensor = SENSORS[number as usize % 2];
+        match number {
+            3 | 4 => store.save_factory(0, &numbered(7, sensor, number)),
+            5 => store.save_drift(0, &numbered_drift(7, sensor, number)),
+            _ => store.save(0, &numbered(u64::from(number % 3), sensor, number)),
+        }
+        .unwrap();
+    }
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    assert_eq!(crc.checksum(&store.into_flash().memory), 3_963_384_222);
 }

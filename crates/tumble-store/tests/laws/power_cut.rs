@@ -35,7 +35,7 @@ fn cut_in<const WORD: usize>(flash: &Simulated<WORD>, old: &Model, new: &Model, 
         found == *new || found == old.read_keys(new),
         "{update:?}, {cut:?}: {found:#?}"
     );
-    let later = Update::Save(numbered(1, Sensor::Gyroscope, 1_000_000));
+    let later = Update::Save(numbered(1, Sensor::Gyroscope, 1_000_000).into());
     make(&later, &mut store).expect("writing works again");
     let mut model = found;
     model.make(&later);

@@ -9,9 +9,9 @@ use rand_pcg::Pcg64Mcg;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::temperature::TemperatureDrift;
 use tumble_store::flash::{RecordStore, StoreError, Which, WriteLimit};
-use tumble_store::record::{DriftRecord, StoredRecord};
+use tumble_store::record::{DriftRecord, MagnetometerRecord, StoredRecord};
 
-use crate::common::{drift, example};
+use crate::common::{drift, example, magnetometer};
 
 /// A store over the flash given.
 pub fn open<F: NorFlash>(flash: F) -> RecordStore<F> {
@@ -30,13 +30,45 @@ pub const UNLIMITED: WriteLimit = WriteLimit {
     at_once: 1,
 };
 
+/// Three axes of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Triad {
+    Of(Sensor),
+    Magnetometer,
+}
+
+pub const TRIADS: [Triad; 3] = [Triad::Of(SENSORS[0]), Triad::Of(SENSORS[1]), Triad::Magnetometer];
+
+/// A record of any triad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stored {
+    Of(StoredRecord),
+    Magnetometer(MagnetometerRecord),
+}
+
+impl Stored {
+    /// Unit and triad.
+    pub fn key(&self) -> (u64, Triad) {
+        match self {
+            Self::Of(stored) => (stored.record.identity, Triad::Of(stored.record.sensor)),
+            Self::Magnetometer(record) => (record.identity, Triad::Magnetometer),
+        }
+    }
+}
+
+impl From<StoredRecord> for Stored {
+    fn from(record: StoredRecord) -> Self {
+        Self::Of(record)
+    }
+}
+
 /// One change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
-    Save(StoredRecord),
-    SaveFactory(StoredRecord),
+    Save(Stored),
+    SaveFactory(Stored),
     SaveDrift(DriftRecord),
-    RollBack(u64, Sensor, Which),
+    RollBack(u64, Triad, Which),
 }
 
 /// A record that differs from every other of another number.
@@ -48,6 +80,36 @@ pub fn numbered(identity: u64, sensor: Sensor, number: u32) -> StoredRecord {
     stored.record.model.bias[0] = number as f32;
     stored.temperature = number.is_multiple_of(3).then_some(20.0);
     stored
+}
+
+/// The same of a magnetometer.
+pub fn numbered_magnetometer(identity: u64, number: u32) -> MagnetometerRecord {
+    let mut record = magnetometer();
+    record.identity = identity;
+    record.magnetometer.model.bias.x = number as f32;
+    record
+}
+
+/// The same of any triad.
+pub fn numbered_of(identity: u64, triad: Triad, number: u32) -> Stored {
+    match triad {
+        Triad::Of(sensor) => Stored::Of(numbered(identity, sensor, number)),
+        Triad::Magnetometer => Stored::Magnetometer(numbered_magnetometer(identity, number)),
+    }
+}
+
+/// Reads one of the records of a triad.
+pub fn load<F: NorFlash>(
+    store: &mut RecordStore<F>,
+    (identity, triad): (u64, Triad),
+    which: Which,
+) -> Result<Option<Stored>, StoreError<F::Error>> {
+    Ok(match triad {
+        Triad::Of(sensor) => store.load(identity, sensor, which)?.map(Stored::Of),
+        Triad::Magnetometer => store
+            .load_magnetometer(identity, which)?
+            .map(Stored::Magnetometer),
+    })
 }
 
 /// A drift that differs from every other of another number.
@@ -65,40 +127,72 @@ pub fn numbered_drift(identity: u64, sensor: Sensor, number: u32) -> DriftRecord
 pub fn drawn(random: &mut Pcg64Mcg, units: u64, number: u32) -> Update {
     let identity = random.random_range(1..=units);
     let sensor = SENSORS[random.random_range(0..2)];
+    // Few have a magnetometer, or a record from the factory, so that not all entries are of use.
+    let triad = if identity == 1 && random.random_bool(0.3) {
+        Triad::Magnetometer
+    } else {
+        Triad::Of(sensor)
+    };
     match random.random_range(0..20) {
-        0 => Update::RollBack(identity, sensor, Which::Previous),
-        1 => Update::RollBack(identity, sensor, Which::Factory),
-        // Few have a record from the factory, so that not all entries are of use.
-        2 if identity == 1 => Update::SaveFactory(numbered(identity, sensor, number)),
+        0 => Update::RollBack(identity, triad, Which::Previous),
+        1 => Update::RollBack(identity, triad, Which::Factory),
+        2 if identity == 1 => Update::SaveFactory(numbered_of(identity, triad, number)),
         3 if identity == 2 => Update::SaveDrift(numbered_drift(identity, sensor, number)),
-        _ => Update::Save(numbered(identity, sensor, number)),
+        _ => Update::Save(numbered_of(identity, triad, number)),
     }
 }
 
 /// Makes an update in a store.
 pub fn make<F: NorFlash>(update: &Update, store: &mut RecordStore<F>) -> Result<(), StoreError<F::Error>> {
-    match *update {
-        Update::Save(record) => store.save(0, &record).map(|_| ()),
-        Update::SaveFactory(record) => store.save_factory(0, &record).map(|_| ()),
-        Update::SaveDrift(drift) => store.save_drift(0, &drift).map(|_| ()),
-        Update::RollBack(identity, sensor, to) => match store.roll_back(0, identity, sensor, to) {
+    match update {
+        Update::Save(Stored::Of(record)) => store.save(0, record).map(|_| ()),
+        Update::Save(Stored::Magnetometer(record)) => store.save_magnetometer(0, record).map(|_| ()),
+        Update::SaveFactory(Stored::Of(record)) => store.save_factory(0, record).map(|_| ()),
+        Update::SaveFactory(Stored::Magnetometer(record)) => {
+            store.save_factory_magnetometer(0, record).map(|_| ())
+        }
+        Update::SaveDrift(drift) => store.save_drift(0, drift).map(|_| ()),
+        Update::RollBack(identity, triad, to) => match roll_back(store, *identity, *triad, *to) {
             Err(StoreError::NothingStored(_)) => Ok(()),
-            outcome => outcome.map(|_| ()),
+            outcome => outcome,
         },
     }
 }
 
-/// Records expected in the store for a sensor.
+fn roll_back<F: NorFlash>(
+    store: &mut RecordStore<F>,
+    identity: u64,
+    triad: Triad,
+    to: Which,
+) -> Result<(), StoreError<F::Error>> {
+    match triad {
+        Triad::Of(sensor) => store.roll_back(0, identity, sensor, to).map(|_| ()),
+        Triad::Magnetometer => store.roll_back_magnetometer(0, identity, to).map(|_| ()),
+    }
+}
+
+/// Reads the drift of a sensor; a magnetometer has none.
+pub fn drift_of<F: NorFlash>(
+    store: &mut RecordStore<F>,
+    (identity, triad): (u64, Triad),
+) -> Result<Option<TemperatureDrift<f32>>, StoreError<F::Error>> {
+    match triad {
+        Triad::Of(sensor) => store.drift(identity, sensor),
+        Triad::Magnetometer => Ok(None),
+    }
+}
+
+/// Records expected in the store for a triad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kept {
-    pub last: Option<StoredRecord>,
-    pub previous: Option<StoredRecord>,
-    pub factory: Option<StoredRecord>,
+    pub last: Option<Stored>,
+    pub previous: Option<Stored>,
+    pub factory: Option<Stored>,
     pub drift: Option<TemperatureDrift<f32>>,
 }
 
 impl Kept {
-    fn put_in_force(&mut self, record: StoredRecord) {
+    fn put_in_force(&mut self, record: Stored) {
         if self.last.or(self.factory) != Some(record) {
             self.previous = self.last;
             self.last = Some(record);
@@ -108,19 +202,17 @@ impl Kept {
 
 /// Expected contents of the store.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Model(pub BTreeMap<(u64, Sensor), Kept>);
+pub struct Model(pub BTreeMap<(u64, Triad), Kept>);
 
 impl Model {
     /// Makes an update in the model.
     pub fn make(&mut self, update: &Update) {
-        let (identity, sensor) = match update {
-            Update::Save(StoredRecord { record, .. }) | Update::SaveFactory(StoredRecord { record, .. }) => {
-                (record.identity, record.sensor)
-            }
-            Update::SaveDrift(drift) => (drift.identity, drift.sensor),
-            Update::RollBack(identity, sensor, _) => (*identity, *sensor),
+        let key = match update {
+            Update::Save(record) | Update::SaveFactory(record) => record.key(),
+            Update::SaveDrift(drift) => (drift.identity, Triad::Of(drift.sensor)),
+            Update::RollBack(identity, triad, _) => (*identity, *triad),
         };
-        let kept = self.0.entry((identity, sensor)).or_default();
+        let kept = self.0.entry(key).or_default();
         match update {
             Update::Save(record) => kept.put_in_force(*record),
             Update::SaveFactory(record) => kept.factory = Some(*record),
@@ -138,15 +230,15 @@ impl Model {
         }
     }
 
-    /// Reads the records of the same sensors from the store.
+    /// Reads the records of the same triads from the store.
     pub fn read<F: NorFlash>(&self, store: &mut RecordStore<F>) -> Self {
-        let kept = |(identity, sensor): (u64, Sensor)| {
-            let mut load = |which| store.load(identity, sensor, which).expect("it can be read");
+        let kept = |key: (u64, Triad)| {
+            let mut load = |which| load(store, key, which).expect("it can be read");
             Kept {
                 last: load(Which::Last),
                 previous: load(Which::Previous),
                 factory: load(Which::Factory),
-                drift: store.drift(identity, sensor).expect("it can be read"),
+                drift: drift_of(store, key).expect("it can be read"),
             }
         };
         Self(

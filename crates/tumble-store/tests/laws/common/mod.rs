@@ -8,12 +8,15 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::array::{uniform3, uniform9};
 use proptest::num::f32::{INFINITE, NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
+use tumble_core::magnetometer::MagnetometerModel;
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
-use tumble_store::record::{DRIFT_VERSION, DriftRecord, MAGNETOMETER_VERSION, StoredRecord, VERSION};
+use tumble_store::record::{
+    DRIFT_VERSION, DriftRecord, Load, MAGNETOMETER_VERSION, MagnetometerRecord, StoredRecord, VERSION,
+};
 
 /// The example of `docs/record-format.md`.
 pub fn example() -> StoredRecord {
@@ -85,6 +88,23 @@ pub fn drift() -> TemperatureDrift<f32> {
             Vector3::zeros(),
             Vector3::zeros(),
         ],
+    }
+}
+
+/// Error of a magnetometer.
+pub fn magnetometer() -> MagnetometerRecord {
+    MagnetometerRecord {
+        identity: 0x0123_4567_89ab_cdef,
+        magnetometer: MagnetometerModel {
+            model: ErrorModel {
+                matrix: Matrix3::new(1.125, 0.0625, 0.0, 0.0625, 0.875, -0.03125, 0.0, -0.03125, 1.0),
+                bias: Vector3::new(12.5, -36.0, 4.5),
+            },
+            current: Vector3::new(0.5, -0.25, 2.0),
+        },
+        load: Load::Current,
+        matrix_sigma: Matrix3::from_element(1.0 / 1024.0),
+        bias_sigma: Vector3::new(0.125, 0.125, f32::INFINITY),
     }
 }
 
