@@ -45,12 +45,12 @@
 #ifdef TUMBLE_WITHOUT_CALIBRATION
 #define TUMBLE_CALIBRATION_WORDS 0
 #else
-#define TUMBLE_CALIBRATION_WORDS 309
+#define TUMBLE_CALIBRATION_WORDS 304
 #endif
 #ifdef TUMBLE_WITHOUT_AIDING
 #define TUMBLE_AIDING_WORDS 0
 #else
-#define TUMBLE_AIDING_WORDS (60 + 17 * TUMBLE_UNITS)
+#define TUMBLE_AIDING_WORDS (58 + 17 * TUMBLE_UNITS)
 #endif
 
 #if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8
@@ -70,7 +70,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((((140 + (178 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
+#define TUMBLE_REDUNDANCY_WORDS ((((102 + (167 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.

@@ -13,6 +13,7 @@ use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::settings::RedundancySettings;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 const ROUNDS: u32 = 31;
@@ -61,7 +62,10 @@ fn readings<T: Real>() -> Vec<Sample<T>> {
 }
 
 #[allow(clippy::cast_precision_loss)]
-fn cost<T: Real, const UNITS: usize>(precision: &str) {
+fn cost<T: Real, const UNITS: usize>(precision: &str)
+where
+    Units<UNITS>: UnitCount,
+{
     let samples = readings::<T>();
     let units = core::array::from_fn(|i| MountedUnit::new(i as u64 + 1));
     let platform: Platform<T, UNITS> =
@@ -98,7 +102,10 @@ fn copied<T: Real>(samples: &[Sample<T>]) -> f64 {
 }
 
 /// Nanoseconds to push one sample of one unit; all units in turn.
-fn pushed<T: Real, const UNITS: usize>(platform: &Platform<T, UNITS>, samples: &[Sample<T>]) -> f64 {
+fn pushed<T: Real, const UNITS: usize>(platform: &Platform<T, UNITS>, samples: &[Sample<T>]) -> f64
+where
+    Units<UNITS>: UnitCount,
+{
     let mut monitor: Monitor<T, UNITS, 1> = Monitor::new();
     let mut told = 0_u32;
     let mut calls = 0_u32;

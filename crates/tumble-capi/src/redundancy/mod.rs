@@ -58,14 +58,14 @@ pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
 pub const TUMBLE_REDUNDANCY_WORDS: usize =
-    140 + 178 * UNITS + 4 * UNITS * UNITS + TUMBLE_CALIBRATION_WORDS + TUMBLE_AIDING_WORDS;
+    102 + 167 * UNITS + 4 * UNITS * UNITS + TUMBLE_CALIBRATION_WORDS + TUMBLE_AIDING_WORDS;
 
 /// Words for a calibration under way; `cbindgen.toml` has them for C.
-pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 309 } else { 0 };
+pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 304 } else { 0 };
 
 /// Words for aiding measurements; `cbindgen.toml` has them for C.
 pub const TUMBLE_AIDING_WORDS: usize = if cfg!(feature = "aiding") {
-    60 + 17 * UNITS
+    58 + 17 * UNITS
 } else {
     0
 };

@@ -44,3 +44,11 @@ pub fn follow<T: Real>(mean: &mut Vector3<T>, value: &Vector3<T>, share: T) {
         mean.z + left.z * share,
     );
 }
+
+/// Sets all places to a value by copying it: `fill` clones it field by field, which takes twice the code.
+#[inline]
+pub fn set_all<X: Copy>(places: &mut [X], value: X) {
+    for place in places {
+        *place = value;
+    }
+}

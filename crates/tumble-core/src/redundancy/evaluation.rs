@@ -12,6 +12,7 @@ use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::{Axes, SLOW_OFFSET, Sensor};
 use crate::redundancy::settings::thresholds::KnownErrors;
 use crate::redundancy::settings::{Data, EvaluationSettings};
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 /// A deviation and its threshold, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,6 +169,46 @@ impl<T: Real> StoredCalibration<T> {
         } else {
             self.apart
         }
+    }
+}
+
+/// Stored calibrations of all secondaries; the primary, unit 0, has none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StoredCalibrations<T: Real, const UNITS: usize>(
+    <Units<UNITS> as UnitCount>::OfSecondaries<[StoredCalibration<T>; 2]>,
+)
+where
+    Units<UNITS>: UnitCount;
+
+impl<T: Real, const UNITS: usize> StoredCalibrations<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
+    /// Creates the states of secondaries without calibrations.
+    pub fn none() -> Self {
+        Self(Units::filled([StoredCalibration::nothing(); 2]))
+    }
+
+    /// Both sensors of a secondary, accelerometer first; `None` of the primary.
+    #[inline]
+    pub fn get(&self, unit: usize) -> Option<&[StoredCalibration<T>; 2]> {
+        self.of_secondaries().get(unit.checked_sub(1)?)
+    }
+
+    /// Both sensors of a secondary, accelerometer first, mutable; `None` of the primary.
+    #[inline]
+    pub fn get_mut(&mut self, unit: usize) -> Option<&mut [StoredCalibration<T>; 2]> {
+        self.of_secondaries_mut().get_mut(unit.checked_sub(1)?)
+    }
+
+    /// Secondaries, in order.
+    pub fn of_secondaries(&self) -> &[[StoredCalibration<T>; 2]] {
+        self.0.as_ref()
+    }
+
+    /// Secondaries, in order, mutable.
+    pub fn of_secondaries_mut(&mut self) -> &mut [[StoredCalibration<T>; 2]] {
+        self.0.as_mut()
     }
 }
 

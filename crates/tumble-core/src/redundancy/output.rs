@@ -6,6 +6,7 @@ use crate::products::{cross, transposed_product, zeros};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, dot, follow, larger, scaled};
 use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::optional_time::OptionalTime;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::sensor::Sensor;
 
@@ -59,10 +60,11 @@ pub fn compensate<T: Real>(
     }
 }
 
-/// Lever arm from the primary to a unit, m: the given one, or else the estimated one.
-pub fn lever_arm<T: Real>(unit: &MountedUnit<T>, stored: &[StoredCalibration<T>; 2]) -> Vector3<T> {
-    let [accelerometer, _] = stored;
-    unit.lever_arm.unwrap_or(accelerometer.error.lever_arm)
+/// Lever arm from the primary to a unit, m: the given one, or else the estimated one; zero of the primary, which has no
+/// stored calibration.
+pub fn lever_arm<T: Real>(unit: &MountedUnit<T>, stored: Option<&[StoredCalibration<T>; 2]>) -> Vector3<T> {
+    let estimated = |[accelerometer, _]: &[StoredCalibration<T>; 2]| accelerometer.error.lever_arm;
+    unit.lever_arm.unwrap_or(stored.map_or(zeros(), estimated))
 }
 
 /// Time constant with which the angular acceleration of the source is smoothed, s: noise decreases with it, the
@@ -72,7 +74,9 @@ const SMOOTHING: f64 = 0.01;
 /// Correction of specific force from the place of the source to that of the primary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeverArmCorrection<T: Real> {
-    latest: Option<(u64, Vector3<T>)>,
+    latest: OptionalTime,
+    /// Angular rate then, rad/s.
+    rate: Vector3<T>,
     angular_acceleration: Vector3<T>,
 }
 
@@ -86,7 +90,8 @@ impl<T: Real> LeverArmCorrection<T> {
     /// Creates a correction without an angular acceleration.
     pub fn new() -> Self {
         Self {
-            latest: None,
+            latest: OptionalTime::NONE,
+            rate: zeros(),
             angular_acceleration: zeros(),
         }
     }
@@ -94,7 +99,8 @@ impl<T: Real> LeverArmCorrection<T> {
     /// Specific force at the place of the primary; `arm` is the vector from there to the source.
     pub fn apply(&mut self, time: u64, reading: &Compensated<T>, arm: &Vector3<T>) -> Vector3<T> {
         let w = reading.angular_rate;
-        if let Some((before, rate)) = self.latest.replace((time, w)) {
+        let rate = core::mem::replace(&mut self.rate, w);
+        if let Some(before) = self.latest.replace(time) {
             let step = seconds::<T>(time.saturating_sub(before));
             // The filter that forgets by exp(-step / smoothing), to first order, and holds for any step.
             let share = step / (step + real(SMOOTHING));

@@ -6,6 +6,7 @@
 use core::cmp::Ordering;
 
 use crate::real::Real;
+use crate::redundancy::optional_time::OptionalTime;
 use crate::redundancy::settings::SelectionSettings;
 
 /// Remaining use of an unhealthy unit, the worst first.
@@ -90,7 +91,7 @@ enum SelectedSource {
 /// Selection of the source, with its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection {
-    failing_since: Option<u64>,
+    failing_since: OptionalTime,
     source: SelectedSource,
     commanded: bool,
 }
@@ -105,7 +106,7 @@ impl Selection {
     /// Creates a selection without a source.
     pub fn new() -> Self {
         Self {
-            failing_since: None,
+            failing_since: OptionalTime::NONE,
             source: SelectedSource::Unset,
             commanded: false,
         }
@@ -127,12 +128,12 @@ impl Selection {
     /// Keeps a usable primary as source; a command is discarded.
     pub fn keep_primary(&mut self) {
         self.commanded = false;
-        self.failing_since = None;
+        self.failing_since = OptionalTime::NONE;
     }
 
     /// Restarts the time for which the source has failed, after a jump of time.
     pub fn restart_time(&mut self) {
-        self.failing_since = None;
+        self.failing_since = OptionalTime::NONE;
     }
 
     /// Returns a change of the source, if any. `candidate` returns the unit of a number, 0 for the primary, and
@@ -163,7 +164,7 @@ impl Selection {
         }
         let current = candidate(source);
         if current.as_ref().is_some_and(|source| source.healthy) {
-            self.failing_since = None;
+            self.failing_since = OptionalTime::NONE;
             return None;
         }
         let condition = current.map_or(Condition::Silent, |source| source.condition);
@@ -205,9 +206,9 @@ impl Selection {
     }
 
     fn has_failed(&mut self, now: u64, hold: u64) -> bool {
-        let since = self.failing_since.get_or_insert(now);
-        *since = now.min(*since);
-        now - *since >= hold
+        let since = now.min(self.failing_since.get_or_insert(now));
+        self.failing_since.replace(since);
+        now - since >= hold
     }
 
     /// Replaces a failed source. Other secondaries come first, a primary that failed before comes last. If no
@@ -236,7 +237,7 @@ impl Selection {
     }
 
     fn change(&mut self, source: Option<usize>, reason: SelectionReason) -> Change {
-        self.failing_since = None;
+        self.failing_since = OptionalTime::NONE;
         self.source = source
             .and_then(|unit| u8::try_from(unit).ok())
             .map_or(SelectedSource::Nobody, SelectedSource::MountedUnit);

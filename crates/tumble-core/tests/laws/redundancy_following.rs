@@ -8,6 +8,7 @@ use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::{FitModel, RedundancySettings};
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 
 use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, assert_told, fly, platform, settings, units,
@@ -140,7 +141,10 @@ fn a_secondary_outvoted_by_the_others_is_calibrated_anyway() {
 }
 
 /// The primary's accelerometer drifts along x by so much a second, level at every rest; seen at 25 Hz.
-fn drifting<T: Real, const UNITS: usize>(slope: f64, duration: f64) -> Flight<T, UNITS> {
+fn drifting<T: Real, const UNITS: usize>(slope: f64, duration: f64) -> Flight<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     let part = Part {
         period: 40_000,
         ..Part::exact()
@@ -171,7 +175,10 @@ fn drifting<T: Real, const UNITS: usize>(slope: f64, duration: f64) -> Flight<T,
 }
 
 /// Largest shift of the accelerometers of the secondaries.
-fn moved<T: Real, const UNITS: usize>(flight: &Flight<T, UNITS>) -> T {
+fn moved<T: Real, const UNITS: usize>(flight: &Flight<T, UNITS>) -> T
+where
+    Units<UNITS>: UnitCount,
+{
     (1..UNITS).fold(T::zero(), |most, number| {
         let stored = flight.monitor.stored(number).expect("there is such a unit");
         most.max(stored[0].error.bias.norm())

@@ -13,6 +13,7 @@ use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibratio
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::{CollectionSettings, EvaluationSettings, RedundancySettings};
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::common::{Draws, cast};
@@ -246,14 +247,20 @@ pub fn platform<T: Real, const UNITS: usize>(
 
 /// A monitor, and all its reports.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Flight<T: Real, const UNITS: usize, const AT_ONCE: usize = 2> {
+pub struct Flight<T: Real, const UNITS: usize, const AT_ONCE: usize = 2>
+where
+    Units<UNITS>: UnitCount,
+{
     pub seed: u64,
     pub monitor: Monitor<T, UNITS, AT_ONCE>,
     pub events: Vec<Event<T>>,
     pub outputs: Vec<Output<T>>,
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE> {
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE>
+where
+    Units<UNITS>: UnitCount,
+{
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -351,10 +358,10 @@ fn kind<T: Real>(what: &EventKind<T>) -> String {
 }
 
 /// Takes a monitor through a mission.
-pub fn fly<T: Real, const UNITS: usize>(
-    platform: &Platform<T, UNITS>,
-    mission: &Mission,
-) -> Flight<T, UNITS> {
+pub fn fly<T: Real, const UNITS: usize>(platform: &Platform<T, UNITS>, mission: &Mission) -> Flight<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     let mut flight = Flight::new(mission.seed);
     flight.take(platform, &mission.samples());
     flight

@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::platform::Range;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::common::cases;
@@ -115,7 +116,10 @@ fn longest_gap<const N: usize>(
     sound: usize,
     calibrated_only: bool,
     seed: u64,
-) -> (f64, f64, String) {
+) -> (f64, f64, String)
+where
+    Units<N>: UnitCount,
+{
     let mut parts = [Part::exact(); N];
     for (number, part) in parts.iter_mut().enumerate() {
         part.period = periods[number];
@@ -152,7 +156,10 @@ fn speaks<const N: usize>(
     periods: [u64; N],
     sound: usize,
     seed: u64,
-) -> Result<(), TestCaseError> {
+) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     let (longest, most, story) = longest_gap(ailments, periods, sound % N, false, seed);
     prop_assert!(
         longest <= most,
@@ -171,7 +178,10 @@ fn speaks_as_calibrated<const N: usize>(
     periods: [u64; N],
     sound: usize,
     seed: u64,
-) -> Result<(), TestCaseError> {
+) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     for ailment in &mut ailments {
         ailment.begins = ailment.begins.max(EVALUATED);
     }
@@ -188,12 +198,10 @@ fn speaks_as_calibrated<const N: usize>(
 }
 
 /// A unit that is wrong before the first rest was evaluated and sound again before that rest ends.
-fn returns<const N: usize>(
-    ailment: Ailment,
-    ill: usize,
-    period: u64,
-    seed: u64,
-) -> Result<(), TestCaseError> {
+fn returns<const N: usize>(ailment: Ailment, ill: usize, period: u64, seed: u64) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     let mut parts = [Part::exact(); N];
     for (number, part) in parts.iter_mut().enumerate() {
         part.period = period;

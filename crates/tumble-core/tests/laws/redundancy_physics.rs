@@ -10,6 +10,7 @@ use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::FitModel;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 
 use crate::common::Draws;
 use crate::redundancy_mission::{
@@ -33,7 +34,10 @@ fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
 }
 
 /// Units that were calibrated, and have these biases since.
-pub fn since<const N: usize>(mission: &Mission) -> Flight<f32, N> {
+pub fn since<const N: usize>(mission: &Mission) -> Flight<f32, N>
+where
+    Units<N>: UnitCount,
+{
     let parts: [Part; N] = core::array::from_fn(|number| mission.parts[number]);
     let platform = platform(settings(), units(&parts));
     let mut flight = Flight::new(mission.seed);

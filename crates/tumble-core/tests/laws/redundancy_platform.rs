@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::common::cases;
@@ -20,23 +21,35 @@ fn parts<const N: usize>(periods: [u64; N]) -> [Part; N] {
     })
 }
 
-fn named<const N: usize>(flight: &Flight<f32, N>) -> usize {
+fn named<const N: usize>(flight: &Flight<f32, N>) -> usize
+where
+    Units<N>: UnitCount,
+{
     let unhealthy = |kind: &EventKind<f32>| matches!(kind, EventKind::Unhealthy { .. });
     (0..N).map(|unit| flight.told(unit, unhealthy)).sum()
 }
 
 /// The same of what a unit's own samples show, nobody else's.
-fn named_by_itself<const N: usize>(flight: &Flight<f32, N>) -> usize {
+fn named_by_itself<const N: usize>(flight: &Flight<f32, N>) -> usize
+where
+    Units<N>: UnitCount,
+{
     let own = |kind: &EventKind<f32>| matches!(kind, EventKind::Unhealthy { fault } if !fault.is_found_by_comparison());
     (0..N).map(|unit| flight.told(unit, own)).sum()
 }
 
-fn disagreed<const N: usize>(flight: &Flight<f32, N>) -> usize {
+fn disagreed<const N: usize>(flight: &Flight<f32, N>) -> usize
+where
+    Units<N>: UnitCount,
+{
     let disagree = |kind: &EventKind<f32>| matches!(kind, EventKind::Disagree { .. });
     (0..N).map(|unit| flight.told(unit, disagree)).sum()
 }
 
-fn jumps<const N: usize>(flight: &Flight<f32, N>) -> usize {
+fn jumps<const N: usize>(flight: &Flight<f32, N>) -> usize
+where
+    Units<N>: UnitCount,
+{
     flight.told(0, |kind| matches!(kind, EventKind::TimeJumped { .. }))
 }
 
@@ -70,7 +83,10 @@ fn is_left_alone<const N: usize>(
     periods: [u64; N],
     steps: [[f64; 2]; N],
     seed: u64,
-) -> Result<(), TestCaseError> {
+) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     let mut periods = periods;
     periods[0] = periods[0].min(10_000);
     let parts = parts(periods);
@@ -92,12 +108,10 @@ fn is_left_alone<const N: usize>(
 }
 
 /// No sample of a set comes for a while.
-fn pauses<const N: usize>(
-    periods: [u64; N],
-    begins: f64,
-    lasts: f64,
-    seed: u64,
-) -> Result<(), TestCaseError> {
+fn pauses<const N: usize>(periods: [u64; N], begins: f64, lasts: f64, seed: u64) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     // A pause between two samples of a unit that is slow is none of it.
     let slowest = periods.iter().max().map_or(0.0, |period| seconds(*period));
     let lasts = lasts.max(2.2 * slowest);
@@ -119,7 +133,10 @@ fn saturates<const N: usize>(
     begins: f64,
     lasts: f64,
     seed: u64,
-) -> Result<(), TestCaseError> {
+) -> Result<(), TestCaseError>
+where
+    Units<N>: UnitCount,
+{
     let parts = parts(periods);
     let mission = Mission::new(seed, &parts).spoilt(move |_, time, sample| {
         if (begins..begins + lasts).contains(&time) {
@@ -367,7 +384,10 @@ fn a_copy_of_a_secondary_is_named_and_has_no_vote() {
 }
 
 /// Every second sample of a unit, from a time on, has the readings of the one before it.
-fn doubled<const N: usize>(faulty: usize, seed: u64) -> Flight<f32, N> {
+fn doubled<const N: usize>(faulty: usize, seed: u64) -> Flight<f32, N>
+where
+    Units<N>: UnitCount,
+{
     let parts = parts([5_000; N]);
     let mission = Mission::new(seed, &parts);
     let set = platform(settings(), units(&parts));
@@ -391,7 +411,10 @@ fn doubled<const N: usize>(faulty: usize, seed: u64) -> Flight<f32, N> {
     flight
 }
 
-fn is_found_doubled<const N: usize>() {
+fn is_found_doubled<const N: usize>()
+where
+    Units<N>: UnitCount,
+{
     use tumble_core::redundancy::health::HealthFault;
     for faulty in 0..N {
         let flight = doubled::<N>(faulty, 3);

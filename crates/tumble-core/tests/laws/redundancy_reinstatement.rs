@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::redundancy_mission::{Flight, Mission, Part, Phase, assert_told};
@@ -12,7 +13,10 @@ use crate::redundancy_physics::since;
 const SEED: u64 = 33;
 
 /// Calibrated units without errors, of which the last is disturbed, in motion for this long after a rest.
-fn flown<const N: usize>(motion: f64, spoil: impl Fn(f64, &mut Sample<f64>) + 'static) -> Flight<f32, N> {
+fn flown<const N: usize>(motion: f64, spoil: impl Fn(f64, &mut Sample<f64>) + 'static) -> Flight<f32, N>
+where
+    Units<N>: UnitCount,
+{
     let parts = [Part::exact(); N];
     let mission = Mission::new(SEED, &parts)
         .phases(&[(3.0, Phase::Rest), (motion, Phase::Free(1.0))])

@@ -10,6 +10,7 @@ use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, Pr
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::RedundancySettings;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::redundancy::event_text::{EventText, event_text};
@@ -89,7 +90,10 @@ pub trait DynMonitor: Send + Sync {
     fn state_bytes(&self) -> usize;
 }
 
-struct SizedMonitor<T: Real, const UNITS: usize> {
+struct SizedMonitor<T: Real, const UNITS: usize>
+where
+    Units<UNITS>: UnitCount,
+{
     platform: Platform<T, UNITS>,
     monitor: Box<Monitor<T, UNITS, UNITS, 1>>,
 }
@@ -119,7 +123,10 @@ fn sized<T: Real, const UNITS: usize>(
     units: &[MountedUnit<f64>],
     [accelerometer, gyroscope]: &[Model; 2],
     settings: RedundancySettings<T>,
-) -> Result<Box<dyn DynMonitor>, PlatformError> {
+) -> Result<Box<dyn DynMonitor>, PlatformError>
+where
+    Units<UNITS>: UnitCount,
+{
     let model = |(matrix, bias, _): &Model| ErrorModel {
         matrix: narrow_matrix(matrix),
         bias: narrow(bias),
@@ -134,7 +141,10 @@ fn sized<T: Real, const UNITS: usize>(
     }))
 }
 
-impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
+impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample> {
         let sample = Sample {
             time: sample.time,

@@ -15,6 +15,7 @@ use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 const SPAN: u64 = 50_000;
 const H: f64 = 0.05;
@@ -128,7 +129,9 @@ fn look<const N: usize>(
     number: u64,
     units: &[Option<UnitReading<f64>>; N],
     emit: &mut dyn FnMut(Sensor, IsolationEvent<f64>),
-) {
+) where
+    Units<N>: UnitCount,
+{
     let window = SetWindow {
         units,
         steps: &[UnitSteps::none(); N],
@@ -151,7 +154,10 @@ fn look<const N: usize>(
     isolator.look(&window, aiding_evidence.as_mut(), emit);
 }
 
-impl<const N: usize> Flight<N> {
+impl<const N: usize> Flight<N>
+where
+    Units<N>: UnitCount,
+{
     fn fly(&self) -> Vec<(f64, Found)> {
         let (mut isolator, mut aiding_evidence) = (FaultIsolator::<f64, N>::new(), None);
         let mut draw = Draw(self.seed);
@@ -225,7 +231,10 @@ fn truthful(_: f64, v: Vector3<f64>) -> Aiding<f64> {
     velocity(v)
 }
 
-fn flight<const N: usize>(seed: u64) -> Flight<N> {
+fn flight<const N: usize>(seed: u64) -> Flight<N>
+where
+    Units<N>: UnitCount,
+{
     Flight {
         seed,
         until: 150.0,

@@ -28,7 +28,7 @@ use nalgebra::Vector3;
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
 use crate::redundancy::aiding::{AidingEvidence, AidingWindow};
-use crate::redundancy::components::{difference, follow, smaller, sum};
+use crate::redundancy::components::{difference, follow, set_all, smaller, sum};
 use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::isolation::delay::Delays;
 use crate::redundancy::isolation::motion::SetMotion;
@@ -41,6 +41,7 @@ use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::UnitSet;
 
 /// Reading of a unit over a window, at the place and in the axes of the primary, with all known errors
@@ -232,7 +233,10 @@ impl<T: Real> RestInHealth<T> {
 
 /// Isolates faulty units: compares a set of `UNITS` units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaultIsolator<T: Real, const UNITS: usize> {
+pub struct FaultIsolator<T: Real, const UNITS: usize>
+where
+    Units<UNITS>: UnitCount,
+{
     motion: SetMotion<T>,
     shown: ShownByPairs<T, UNITS>,
     sensors: [SensorIsolator<T, UNITS>; 2],
@@ -251,13 +255,19 @@ pub struct FaultIsolator<T: Real, const UNITS: usize> {
 /// Ratio of a difference to its threshold above which neither unit of a pair is trusted.
 const DOUBTED: f64 = 0.9;
 
-impl<T: Real, const UNITS: usize> Default for FaultIsolator<T, UNITS> {
+impl<T: Real, const UNITS: usize> Default for FaultIsolator<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
+impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     /// Creates an isolator that has received no window.
     pub fn new() -> Self {
         Self {
@@ -290,14 +300,14 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
         } = self;
         *motion = SetMotion::new();
         *shown = ShownByPairs::new();
-        sensors.fill(SensorIsolator::new());
-        evidence.fill(UnitEvidence::none());
+        set_all(sensors, SensorIsolator::new());
+        set_all(evidence, UnitEvidence::none());
         *resting_rate = zeros();
         *turned = Turned::not();
         *usual_error = UsualError::unknown();
         *temperatures = Temperatures::unknown();
         *delays = Delays::unknown();
-        trimmed.fill(zeros());
+        set_all(trimmed, zeros());
     }
 
     /// Stores the temperature of a unit, degC; NaN where it is unknown.
@@ -468,7 +478,7 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
                 known: *sensor.of(&known),
                 delays: &self.delays,
             };
-            isolator.isolate(&case, &mut self.shown, &mut |found| emit(sensor, found));
+            isolator.isolate(&case, self.shown.all(), &mut |found| emit(sensor, found));
         }
         if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
             self.find_late(window, &acceleration, emit);

@@ -9,7 +9,8 @@ use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::isolation::motion::{Strain, Tolerance};
 use crate::redundancy::isolation::scales::{SCALES, SECONDS};
 use crate::redundancy::isolation::shaking::LeftByVibration;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 /// Constants of one scale (docs/theory/isolation.md, table 1).
 struct ScaleConstants {
@@ -161,34 +162,34 @@ impl<T: Real> Shown<T> {
     }
 }
 
-/// Shares that all pairs of a set have shown: pair `(i, j)`, `i < j`, has accelerometers at row `i`, gyroscopes
-/// at row `j`.
+/// Shares that all pairs of a set have shown: pair `(i, j)`, `i < j`, has accelerometers at row `i` and column `j`,
+/// gyroscopes at row `j - 1` and column `i`, which fills all places.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShownByPairs<T: Real, const UNITS: usize>([[Shown<T>; UNITS]; UNITS]);
+pub struct ShownByPairs<T: Real, const UNITS: usize>(
+    <Units<UNITS> as UnitCount>::OfSecondaries<[Shown<T>; UNITS]>,
+)
+where
+    Units<UNITS>: UnitCount;
 
-impl<T: Real, const UNITS: usize> ShownByPairs<T, UNITS> {
+impl<T: Real, const UNITS: usize> ShownByPairs<T, UNITS>
+where
+    Units<UNITS>: UnitCount,
+{
     /// Creates shares of pairs that have shown nothing.
     pub fn new() -> Self {
-        Self([[Shown::new(); UNITS]; UNITS])
+        Self(Units::filled([Shown::new(); UNITS]))
     }
 
-    /// Returns the shares of a pair.
-    pub fn of(&self, sensor: Sensor, i: usize, j: usize) -> Option<&Shown<T>> {
-        let (row, column) = place(sensor, i, j);
-        self.0.get(row)?.get(column)
-    }
-
-    /// Returns the shares of a pair, mutable.
-    pub fn of_mut(&mut self, sensor: Sensor, i: usize, j: usize) -> Option<&mut Shown<T>> {
-        let (row, column) = place(sensor, i, j);
-        self.0.get_mut(row)?.get_mut(column)
+    /// Shares of all pairs.
+    pub fn all(&mut self) -> &mut [[Shown<T>; UNITS]] {
+        self.0.as_mut()
     }
 
     /// Resets the shares of all pairs of a unit whose calibration was replaced.
     pub fn forget(&mut self, unit: usize) {
-        for (i, row) in self.0.iter_mut().enumerate() {
-            for (j, shown) in row.iter_mut().enumerate() {
-                if i == unit || j == unit {
+        for other in (0..UNITS).filter(|other| *other != unit) {
+            for sensor in SENSORS {
+                if let Some(shown) = shown_mut(self.all(), sensor, [unit, other]) {
                     *shown = Shown::new();
                 }
             }
@@ -196,10 +197,30 @@ impl<T: Real, const UNITS: usize> ShownByPairs<T, UNITS> {
     }
 }
 
-fn place(sensor: Sensor, i: usize, j: usize) -> (usize, usize) {
+/// Returns the shares of a pair out of those of all pairs.
+pub fn shown<T: Real, const UNITS: usize>(
+    all: &[[Shown<T>; UNITS]],
+    sensor: Sensor,
+    pair: [usize; 2],
+) -> Option<&Shown<T>> {
+    let [row, column] = place(sensor, pair);
+    all.get(row)?.get(column)
+}
+
+/// Returns the shares of a pair out of those of all pairs, mutable.
+pub fn shown_mut<T: Real, const UNITS: usize>(
+    all: &mut [[Shown<T>; UNITS]],
+    sensor: Sensor,
+    pair: [usize; 2],
+) -> Option<&mut Shown<T>> {
+    let [row, column] = place(sensor, pair);
+    all.get_mut(row)?.get_mut(column)
+}
+
+fn place(sensor: Sensor, [i, j]: [usize; 2]) -> [usize; 2] {
     match sensor {
-        Sensor::Accelerometer => (i.min(j), i.max(j)),
-        Sensor::Gyroscope => (i.max(j), i.min(j)),
+        Sensor::Accelerometer => [i.min(j), i.max(j)],
+        Sensor::Gyroscope => [i.max(j).saturating_sub(1), i.min(j)],
     }
 }
 

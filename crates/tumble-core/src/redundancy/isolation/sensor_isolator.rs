@@ -11,7 +11,9 @@ use crate::redundancy::isolation::delay::Delays;
 use crate::redundancy::isolation::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::isolation::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::isolation::odd_one::{DWELL, Finding, isolate};
-use crate::redundancy::isolation::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
+use crate::redundancy::isolation::pair::{
+    Comparison, Comparisons, Gains, Knowledge, Shown, shown, shown_mut,
+};
 use crate::redundancy::isolation::scales::{LatestShares, SCALES, SECONDS};
 use crate::redundancy::isolation::shaking::LeftByVibration;
 use crate::redundancy::isolation::turn::Turned;
@@ -369,12 +371,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     /// Compares all pairs, isolates faulty units, and learns from healthy ones. One copy of the code serves
     /// both kinds of sensor.
     #[inline(never)]
-    pub fn isolate(
-        &mut self,
-        case: &Case<'_, T, UNITS>,
-        shown: &mut ShownByPairs<T, UNITS>,
-        emit: Emit<'_, T>,
-    ) {
+    pub fn isolate(&mut self, case: &Case<'_, T, UNITS>, shown: &mut [[Shown<T>; UNITS]], emit: Emit<'_, T>) {
         self.find_noisy(case, emit);
         // Here and not with the caller, on whose stack they would lie beneath every other call too.
         let comparisons = &mut Comparisons::none();
@@ -457,7 +454,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     fn compare(
         &mut self,
         case: &Case<'_, T, UNITS>,
-        shown: &ShownByPairs<T, UNITS>,
+        shown: &[[Shown<T>; UNITS]],
         shared: T,
         comparisons: &mut Comparisons<T, UNITS>,
     ) -> bool {
@@ -497,7 +494,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         case: &Case<'_, T, UNITS>,
         [i, j]: [usize; 2],
         units: [&UnitReading<T>; 2],
-        (shown, shared): (&ShownByPairs<T, UNITS>, T),
+        (all_shown, shared): (&[[Shown<T>; UNITS]], T),
         comparison: &mut Comparison<T>,
     ) {
         let sensor = case.sensor;
@@ -513,7 +510,9 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
             let deviation = self.deviations.get(unit);
             deviation.map_or(LeftByVibration::all(), SensorDeviation::shaken)
         };
-        if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
+        if let (Some(first), Some(second), Some(shown)) =
+            (means(i), means(j), shown(all_shown, sensor, [i, j]))
+        {
             comparison.fill(
                 sensor,
                 case.window.tolerated.of(sensor),
@@ -855,7 +854,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
-        shown: &mut ShownByPairs<T, UNITS>,
+        all_shown: &mut [[Shown<T>; UNITS]],
         disagrees: bool,
     ) {
         let window = case.window.length;
@@ -868,7 +867,9 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
         let healthy = case.known.without(self.faulty);
         for [i, j] in pairs::<UNITS>().filter(|pair| healthy.contain_both(*pair)) {
-            let pair = comparisons.of(i, j).zip(shown.of_mut(case.sensor, i, j));
+            let pair = comparisons
+                .of(i, j)
+                .zip(shown_mut(all_shown, case.sensor, [i, j]));
             if let Some((comparison, shown)) = pair
                 && comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN)
             {

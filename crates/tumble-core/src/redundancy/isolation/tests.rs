@@ -22,7 +22,10 @@ fn fly<const N: usize>(
     seed: u64,
     fault: impl Fn(usize, f64) -> [Vector3<f64>; 2],
     until: f64,
-) -> Vec<(f64, usize, Sensor)> {
+) -> Vec<(f64, usize, Sensor)>
+where
+    Units<N>: UnitCount,
+{
     let mut isolator = FaultIsolator::<f64, N>::new();
     let mut draw = Draw(seed);
     let mut found = Vec::new();

@@ -17,6 +17,7 @@ use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::Record;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::RedundancySettings;
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 /// Share of an axis in the observed directions above which its figures are reported.
 const SHOWN: f64 = 0.75;
@@ -46,8 +47,9 @@ impl<T: Real> Conclusion<T> {
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Returns whether the pairs of a calibration are complete, so that the next sample also advances its fits.
     pub fn is_fitting(&self) -> bool {

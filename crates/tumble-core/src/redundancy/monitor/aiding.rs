@@ -4,6 +4,7 @@ use crate::real::Real;
 use crate::redundancy::aiding::{Aiding, AidingEvidence, AidingRejection, Trust};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 /// State of aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +54,10 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE, 1> {
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE, 1>
+where
+    Units<UNITS>: UnitCount,
+{
     /// Processes an aiding measurement of a time, microseconds of the common clock: the time of measurement,
     /// not of arrival. It may be up to a second old. A measurement that cannot be used is rejected, and an
     /// event reports each reason once.

@@ -16,6 +16,7 @@ use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
+use crate::redundancy::unit_count::{UnitCount, Units};
 
 /// Share of the deviation of the primary above which a secondary shares it.
 const AS_WELL: f64 = 0.5;
@@ -36,8 +37,9 @@ impl PrimaryTrust {
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Adds a window at rest, and evaluates once enough of them are complete.
     pub(super) fn rest_on(
@@ -174,7 +176,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     /// axes.
     fn prove(&mut self, platform: &Platform<T, UNITS>, valid: [bool; 2]) -> Option<()> {
         let primary = self.rest_means.first()?.mean();
-        for (unit, stored) in platform.units().iter().zip(&mut self.stored) {
+        let secondaries = platform.units().iter().skip(1);
+        for (unit, stored) in secondaries.zip(self.stored.of_secondaries_mut()) {
             let both = SENSORS.into_iter().zip(stored).zip(valid);
             let complete = |sensor: Sensor| platform.primary_axes().complete(sensor);
             for ((sensor, stored), _) in both.filter(|((sensor, _), valid)| *valid && complete(*sensor)) {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::products::{Length, cross, zeros};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, sum};
-use crate::redundancy::evaluation::{Deviation, StoredCalibration};
+use crate::redundancy::evaluation::{Deviation, StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
 use crate::redundancy::isolation::attribution::Precedence;
 use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
@@ -14,6 +14,7 @@ use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::UnitSet;
 
 /// Windows of rest after which readings count as evidence.
@@ -35,8 +36,9 @@ struct Known<T: Real> {
 /// Compensated angular rates of a unit over two windows, over the earlier one, and over the later one, rad/s.
 type Rates<T> = [Vector3<T>; 3];
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Isolates faulty units: compares all units over a window.
     #[inline(never)]
@@ -62,7 +64,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             gravity: settings.evaluation.gravity,
             noise_ratio: settings.health.noise_ratio,
             means_only: self.rest.is_awaited()
-                && self.stored.iter().flatten().any(|stored| stored.calibrated),
+                && self
+                    .stored
+                    .of_secondaries()
+                    .iter()
+                    .flatten()
+                    .any(|stored| stored.calibrated),
             tolerated: settings.health.tolerated,
             per_kelvin: settings.health.per_kelvin,
         };
@@ -73,8 +80,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             .and_then(|aiding_channel| aiding_channel.aiding_evidence.as_mut());
         self.isolator.look(&set, aiding_evidence, &mut |sensor, found| {
             let mut contradict = |unit: usize, fault: HealthFault<T>| {
-                if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
+                if let Some(stored) = stored.get_mut(unit) {
                     sensor.of_mut(stored).freed = fault.frees();
+                }
+                if let Some(health) = health.get_mut(unit) {
                     health.contradict(sensor, fault);
                 }
             };
@@ -189,7 +198,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         set: &Known<T>,
         rates: &mut Rates<T>,
     ) -> Option<UnitReading<T>> {
-        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number));
         let (before, means) = self.histories.get(number)?.pair(window)?;
         let triangle = before.triangle(means);
         let gyroscope = Sensor::Gyroscope;
@@ -205,14 +214,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let [force] = force;
         let votes = |sensor: Sensor| {
             let usable = *sensor.of(&before.usable) && *sensor.of(&means.usable);
-            let live = set.live.contains(number) && !sensor.of(stored).stale;
+            let live = set.live.contains(number) && !stored.is_some_and(|stored| sensor.of(stored).stale);
             usable && live && unit.axes.complete(sensor)
         };
         let uncertainty = |sensor: Sensor| {
             if sensor.of(&set.known).contains(number) {
                 // A stored calibration may have aged by up to its trigger, until a rest shows the actual
                 // ageing.
-                let aged = if sensor.of(stored).aged {
+                let aged = if stored.is_some_and(|stored| sensor.of(stored).aged) {
                     platform
                         .settings()
                         .evaluation
@@ -228,28 +237,25 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let most = platform.settings().plausible_at_rest(sensor, false);
             most * most
         };
-        let of_primary = number == 0;
-        let [accelerometer, gyroscope] = stored;
+        let (mut calibrated, mut matrix_shown, mut residual) = ([true; 2], [true; 2], [T::zero(); 2]);
+        if let Some([force, rate]) = stored {
+            calibrated = [force.calibrated, rate.calibrated];
+            matrix_shown = [force.matrix_shown, rate.matrix_shown];
+            residual = [squared_residual(force), squared_residual(rate)];
+        }
         let ([force_variance, rate_variance], [known_force, known_rate]) = (means.scatter, set.known);
         Some(UnitReading {
             reading: [force, rate],
             scatter: [force_variance.square_root(), rate_variance.square_root()],
             votes: SENSORS.map(votes),
             known: [known_force.contains(number), known_rate.contains(number)],
-            calibrated: [
-                of_primary || accelerometer.calibrated,
-                of_primary || gyroscope.calibrated,
-            ],
-            matrix_shown: [
-                of_primary || accelerometer.matrix_shown,
-                of_primary || gyroscope.matrix_shown,
-            ],
-            place: if of_primary || unit.lever_arm.is_some() {
-                T::zero()
-            } else {
-                accelerometer.place_sigma
+            calibrated,
+            matrix_shown,
+            place: match stored {
+                Some([accelerometer, _]) if unit.lever_arm.is_none() => accelerometer.place_sigma,
+                _ => T::zero(),
             },
-            residual: [squared_residual(accelerometer), squared_residual(gyroscope)],
+            residual,
             uncertainty: SENSORS.map(uncertainty),
             interval: self.steps.get(number)?.interval() * set.length,
             at_rest: self.at_rest(platform, number),
@@ -288,15 +294,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         change: &Vector3<T>,
         readings: &mut [Option<UnitReading<T>>; UNITS],
     ) {
-        let units = platform.units().iter().zip(&self.stored);
-        for ((unit, stored), reading) in units.zip(readings) {
+        for ((number, unit), reading) in platform.units().iter().enumerate().zip(readings) {
             let Some(UnitReading {
                 reading: [force, _], ..
             }) = reading
             else {
                 continue;
             };
-            let arm = lever_arm(unit, stored);
+            let arm = lever_arm(unit, self.stored.get(number));
             let carried = sum(&cross(change, &arm), &cross(rate, &cross(rate, &arm)));
             *force = difference(force, &carried);
         }
@@ -366,8 +371,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
         if self.isolator.is_faulty(sensor, number) {
             self.isolator.begin_anew(sensor, number);
-            if let Some((health, stored)) = self.health.get_mut(number).zip(self.stored.get_mut(number)) {
+            if let Some(health) = self.health.get_mut(number) {
                 health.clear(sensor);
+            }
+            if let Some(stored) = self.stored.get_mut(number) {
                 sensor.of_mut(stored).freed = false;
             }
         }
@@ -404,7 +411,10 @@ pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
     isolator: &FaultIsolator<T, UNITS>,
     sensor: Sensor,
     number: usize,
-) -> bool {
+) -> bool
+where
+    Units<UNITS>: UnitCount,
+{
     !isolator.is_disputed_with(sensor, number) && !isolator.is_faulty(sensor, 0)
 }
 
@@ -412,9 +422,12 @@ pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
 /// with stored calibrations if there is more than one.
 fn known<T: Real, const UNITS: usize>(
     isolator: &FaultIsolator<T, UNITS>,
-    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    stored: &StoredCalibrations<T, UNITS>,
     sensor: Sensor,
-) -> UnitSet {
+) -> UnitSet
+where
+    Units<UNITS>: UnitCount,
+{
     let calibrated = |number: usize| {
         stored
             .get(number)
@@ -433,9 +446,12 @@ fn known<T: Real, const UNITS: usize>(
 /// will resolve it.
 pub(super) fn is_contested<T: Real, const UNITS: usize>(
     isolator: &FaultIsolator<T, UNITS>,
-    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    stored: &StoredCalibrations<T, UNITS>,
     sensor: Sensor,
-) -> bool {
+) -> bool
+where
+    Units<UNITS>: UnitCount,
+{
     let uncalibrated = |number| contradicts_as_uncalibrated(isolator, stored, sensor, number);
     isolator.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
@@ -443,9 +459,12 @@ pub(super) fn is_contested<T: Real, const UNITS: usize>(
 /// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.
 pub(super) fn is_implausible<T: Real, const UNITS: usize>(
     isolator: &FaultIsolator<T, UNITS>,
-    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    stored: &StoredCalibrations<T, UNITS>,
     number: usize,
-) -> bool {
+) -> bool
+where
+    Units<UNITS>: UnitCount,
+{
     let disputed = isolator.is_disputed(Sensor::Accelerometer) || isolator.is_disputed(Sensor::Gyroscope);
     let implausible = |sensor| contradicts_as_uncalibrated(isolator, stored, sensor, number);
     disputed && SENSORS.into_iter().any(implausible)
@@ -454,10 +473,13 @@ pub(super) fn is_implausible<T: Real, const UNITS: usize>(
 #[inline]
 fn contradicts_as_uncalibrated<T: Real, const UNITS: usize>(
     isolator: &FaultIsolator<T, UNITS>,
-    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    stored: &StoredCalibrations<T, UNITS>,
     sensor: Sensor,
     number: usize,
-) -> bool {
+) -> bool
+where
+    Units<UNITS>: UnitCount,
+{
     isolator.is_disputed_with(sensor, number) && !known(isolator, stored, sensor).contains(number)
 }
 

@@ -15,14 +15,15 @@ pub mod trial;
 use nalgebra::Vector3;
 
 use crate::real::{Real, SECOND, whole_spans};
-use crate::redundancy::components::difference;
-use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::components::{difference, set_all};
+use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault, Overload};
 use crate::redundancy::isolation::FaultIsolator;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestState;
+use crate::redundancy::optional_time::OptionalTime;
 use crate::redundancy::output::{Compensated, LeverArmCorrection, Output, compensate, lever_arm};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::clock::{ClockSettings, CommonClock, TimestampDecision};
@@ -32,6 +33,7 @@ use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::selection::{Condition, Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
+use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::sample::{CHANNELS, Sample};
 
 /// Receiver of events.
@@ -62,9 +64,12 @@ const SHORTEST_PAUSE: u64 = 4;
 /// Monitor of `UNITS` units, of which number 0 is the primary; it calibrates up to `AT_ONCE` secondaries at a
 /// time. All state is inside; the platform is passed with every call, so that it may lie in read-only memory.
 /// With `AT_ONCE` 0 it only watches: the code of calibrations and 2.4 kB are saved. `AIDED` is 1 where aiding measurements
-/// are received; 0 saves their code, and 800 bytes for a set of three.
+/// are received; 0 saves their code, and 860 bytes for a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0> {
+pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0>
+where
+    Units<UNITS>: UnitCount,
+{
     clock: CommonClock<UNITS>,
     histories: [WindowHistory<T>; UNITS],
     /// Products of the primary for pairs, of which the first is used: without calibrations there is none.
@@ -74,9 +79,9 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     isolator: FaultIsolator<T, UNITS>,
     rest_means: [RestMean<T>; UNITS],
     rest: RestState,
-    stored: [[StoredCalibration<T>; 2]; UNITS],
+    stored: StoredCalibrations<T, UNITS>,
     calibrations: [Option<CalibrationRun<T>>; AT_ONCE],
-    latest_window: Option<u64>,
+    latest_window: OptionalTime,
     /// Length of a window in windows of the settings.
     stretch: u8,
     /// First samples of each unit that came too slowly for the windows; [`QUICK`] once one did not.
@@ -85,7 +90,7 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     /// True if the fit under way took no step with the latest sample.
     fit_waits: bool,
     /// Time at which all units were at the ends of their ranges last, microseconds.
-    overloaded: Option<u64>,
+    overloaded: OptionalTime,
     selection: Selection,
     lever_arm_correction: LeverArmCorrection<T>,
     aiding_channel: [AidingChannel<T, UNITS>; AIDED],
@@ -93,14 +98,17 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Default
     for Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Creates a monitor without stored calibrations; [`Self::restore`] adds them.
     pub fn new() -> Self {
@@ -113,14 +121,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             isolator: FaultIsolator::new(),
             rest_means: [RestMean::new(); UNITS],
             rest: RestState::new(),
-            stored: [[StoredCalibration::nothing(); 2]; UNITS],
+            stored: StoredCalibrations::none(),
             calibrations: [None; AT_ONCE],
-            latest_window: None,
+            latest_window: OptionalTime::NONE,
             stretch: 1,
             slow: [0; UNITS],
             known_healthy: [true; UNITS],
             fit_waits: false,
-            overloaded: None,
+            overloaded: OptionalTime::NONE,
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
             aiding_channel: [AidingChannel::none(); AIDED],
@@ -152,21 +160,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             aiding_channel,
         } = self;
         *clock = CommonClock::new();
-        histories.fill(WindowHistory::new());
-        products.fill(WindowHistory::new());
-        steps.fill(UnitSteps::none());
-        health.fill(Health::new());
+        set_all(histories, WindowHistory::new());
+        set_all(products, WindowHistory::new());
+        set_all(steps, UnitSteps::none());
+        set_all(health, Health::new());
         isolator.reset();
-        rest_means.fill(RestMean::new());
+        set_all(rest_means, RestMean::new());
         *rest = RestState::new();
-        stored.fill([StoredCalibration::nothing(); 2]);
+        set_all(stored.of_secondaries_mut(), [StoredCalibration::nothing(); 2]);
         calibrations.iter_mut().for_each(|slot| *slot = None);
-        *latest_window = None;
+        *latest_window = OptionalTime::NONE;
         *stretch = 1;
         slow.fill(0);
         known_healthy.fill(true);
         *fit_waits = false;
-        *overloaded = None;
+        *overloaded = OptionalTime::NONE;
         *selection = Selection::new();
         *lever_arm_correction = LeverArmCorrection::new();
         aiding_channel.iter_mut().for_each(AidingChannel::reset);
@@ -186,7 +194,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.isolator.set_temperature(unit, value);
     }
 
-    /// Stored calibrations of the two sensors of a unit, accelerometer first.
+    /// Stored calibrations of the two sensors of a secondary, accelerometer first; `None` of the primary, which has none.
     pub fn stored(&self, unit: usize) -> Option<&[StoredCalibration<T>; 2]> {
         self.stored.get(unit)
     }
@@ -203,14 +211,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
     /// Number of the latest processed window on the common clock.
     pub fn window(&self) -> Option<u64> {
-        self.latest_window
+        self.latest_window.get()
     }
 
     /// Raw means of a unit over that window, m/s^2 and rad/s.
     pub fn means(&self, unit: usize) -> Option<&[T; CHANNELS]> {
         self.histories
             .get(unit)?
-            .window(self.latest_window?)
+            .window(self.window()?)
             .map(|means| &means.mean)
     }
 
@@ -406,9 +414,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         };
         // Units store three windows; older ones are lost.
         for next in newest.saturating_sub(1)..=newest {
-            let done = self.latest_window.is_some_and(|step| step >= next);
+            let done = self.window().is_some_and(|step| step >= next);
             if !done && (next < newest || self.all_have(newest)) {
-                self.latest_window = Some(next);
+                self.latest_window.replace(next);
                 self.process_window(platform, next, report);
             }
         }
@@ -542,7 +550,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.histories = [WindowHistory::new(); UNITS];
         self.products = [WindowHistory::new(); AT_ONCE];
         self.rest_means = [RestMean::new(); UNITS];
-        self.latest_window = None;
+        self.latest_window = OptionalTime::NONE;
         self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
         self.isolator.restart_time();
@@ -554,7 +562,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
         self.begin_windows(time, report);
         self.selection.restart_time();
-        self.overloaded = None;
+        self.overloaded = OptionalTime::NONE;
         for health in &mut self.health {
             health.restart_time(time);
         }
@@ -643,19 +651,20 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
         let candidate = |unit: usize| {
             let health = health.get(unit)?;
-            let stored = all_stored.get(unit)?;
             let healthy_since = health.healthy_since();
-            let is_primary = unit == 0;
+            let (calibrated, residual) = match all_stored.get(unit) {
+                None => (true, T::zero()),
+                Some(stored) => (
+                    is_calibrated(&platform.comparable(units.get(unit)?), stored),
+                    Sensor::Accelerometer.of(stored).error_left(),
+                ),
+            };
             Some(SourceCandidate {
                 healthy: is_fit(unit),
                 condition: condition(unit, health),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
-                calibrated: is_primary || is_calibrated(&platform.comparable(units.get(unit)?), stored),
-                residual: if is_primary {
-                    T::zero()
-                } else {
-                    Sensor::Accelerometer.of(stored).error_left()
-                },
+                calibrated,
+                residual,
             })
         };
         let Some(change) = self
@@ -734,13 +743,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         number: usize,
         sample: &Sample<T>,
     ) -> Option<Output<T>> {
-        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        let unit = platform.units().get(number)?;
         let (f, w) = (&sample.specific_force, &sample.angular_rate);
         let reading = Compensated {
             specific_force: self.compensated(platform, number, Sensor::Accelerometer, f)?,
             angular_rate: self.compensated(platform, number, Sensor::Gyroscope, w)?,
         };
-        let arm = lever_arm(unit, stored);
+        let arm = lever_arm(unit, self.stored.get(number));
         let output = Output {
             time: sample.time,
             specific_force: self.lever_arm_correction.apply(sample.time, &reading, &arm),
@@ -758,7 +767,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 }
 
 /// Returns whether a sensor of a unit is stale.
-fn is_stale<T: Real, const UNITS: usize>(stored: &[[StoredCalibration<T>; 2]; UNITS], unit: usize) -> bool {
+fn is_stale<T: Real, const UNITS: usize>(stored: &StoredCalibrations<T, UNITS>, unit: usize) -> bool
+where
+    Units<UNITS>: UnitCount,
+{
     let stored = stored.get(unit);
     stored.is_some_and(|stored| stored.iter().any(|stored| stored.stale))
 }

@@ -12,6 +12,7 @@ use crate::redundancy::monitor::Monitor;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::UnitSet;
 
 /// Share of the deviation of a secondary below which the primary is trusted beside it.
@@ -25,8 +26,9 @@ struct Off<T: Real> {
     primary: Deviation<T>,
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Uses a primary that agrees with physics at rest to mark secondaries as stale or to trim them
     /// (docs/theory/isolation.md, section 14). Returns whether a fault of the primary was withdrawn.
@@ -69,7 +71,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             return;
         };
         let passed = seconds::<T>(passed);
-        for stored in self.stored.iter_mut().skip(1) {
+        for stored in self.stored.of_secondaries_mut() {
             for (sensor, stored) in SENSORS.into_iter().zip(stored) {
                 stored.drift(sensor, passed);
             }

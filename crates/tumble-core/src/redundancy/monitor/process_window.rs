@@ -14,13 +14,15 @@ use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{MotionPair, PrimaryMeans};
 use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::sample::CHANNELS;
 
 /// Still windows that precede one of a rest: smooth motion has single still windows only.
 const QUIET: u64 = 1;
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Processes one window of all units.
     pub(super) fn process_window(
@@ -71,7 +73,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         window: u64,
     ) -> Option<Compensated<T>> {
         let (before, means) = self.histories.get(number)?.pair(window)?;
-        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        let unit = platform.units().get(number)?;
         let measured = |sensor: Sensor, means: &Means<T, CHANNELS>| {
             self.compensated(platform, number, sensor, &sensor.triad(&means.mean))
         };
@@ -80,7 +82,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             measured(Sensor::Gyroscope, means)?,
         );
         let change = (w - earlier) / seconds::<T>(self.window_length(platform));
-        let arm = lever_arm(unit, stored);
+        let arm = lever_arm(unit, self.stored.get(number));
         Some(Compensated {
             specific_force: measured(Sensor::Accelerometer, means)?
                 - cross(&change, &arm)

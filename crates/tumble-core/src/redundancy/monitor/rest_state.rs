@@ -1,6 +1,7 @@
 //! State of rest of the platform, and due times of evaluations.
 
 use crate::real::Real;
+use crate::redundancy::optional_time::OptionalTime;
 use crate::redundancy::settings::EvaluationSettings;
 
 /// Duration of the rest, and time of its evaluation.
@@ -8,7 +9,7 @@ use crate::redundancy::settings::EvaluationSettings;
 pub struct RestState {
     windows: u64,
     announced: bool,
-    evaluated: Option<u64>,
+    evaluated: OptionalTime,
     commanded: bool,
     adopted: bool,
     /// Units whose trigger has not led to a fit yet, one bit each.
@@ -24,7 +25,7 @@ pub struct RestState {
     has_moved: bool,
     /// True if this rest was not evaluated yet, and the time of the latest evaluation, microseconds.
     fresh: bool,
-    latest: Option<u64>,
+    latest: OptionalTime,
 }
 
 /// Successive windows without a rest, and windows in all, after which no first rest is expected.
@@ -67,7 +68,7 @@ impl RestState {
         Self {
             windows: 0,
             announced: false,
-            evaluated: None,
+            evaluated: OptionalTime::NONE,
             commanded: false,
             adopted: false,
             owed: 0,
@@ -77,7 +78,7 @@ impl RestState {
             met: false,
             has_moved: false,
             fresh: true,
-            latest: None,
+            latest: OptionalTime::NONE,
         }
     }
 
@@ -193,10 +194,10 @@ impl RestState {
         settings: &EvaluationSettings<T>,
     ) -> Purpose {
         let owed = calibrated.fold(self.owed, |owed, unit| owed & !bit(unit));
-        if self.evaluated.is_none() && !settings.evaluate_after_start {
-            self.evaluated = Some(time);
+        if self.evaluated.get().is_none() && !settings.evaluate_after_start {
+            self.evaluated.replace(time);
         }
-        let by_itself = match self.evaluated {
+        let by_itself = match self.evaluated.get() {
             None => true,
             Some(last) => settings
                 .evaluate_every
@@ -212,7 +213,7 @@ impl RestState {
 
     /// Marks this rest as evaluated.
     pub fn evaluated(&mut self, time: u64) {
-        self.evaluated = Some(time);
+        self.evaluated.replace(time);
         self.commanded = false;
         self.adopted = false;
         self.tried = true;
@@ -220,7 +221,7 @@ impl RestState {
 
     /// Restarts the wait for the first rest because windows are longer now and more units complete them.
     pub fn lengthen(&mut self) {
-        self.evaluated = None;
+        self.evaluated = OptionalTime::NONE;
         self.met &= self.has_moved;
         (self.moved, self.passed) = (0, 0);
     }
@@ -229,8 +230,10 @@ impl RestState {
     pub fn restart_time(&mut self, time: u64) {
         self.windows = 0;
         self.announced = false;
-        for latest in [&mut self.evaluated, &mut self.latest].into_iter().flatten() {
-            *latest = time;
+        for latest in [&mut self.evaluated, &mut self.latest] {
+            if latest.get().is_some() {
+                latest.replace(time);
+            }
         }
     }
 }

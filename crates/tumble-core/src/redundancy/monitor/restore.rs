@@ -9,9 +9,11 @@ use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::{Record, Storage};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::SENSORS;
+use crate::redundancy::unit_count::{UnitCount, Units};
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
-    Monitor<T, UNITS, AT_ONCE, AIDED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
+where
+    Units<UNITS>: UnitCount,
 {
     /// Restores all stored records of the secondaries after a reset. The caller saves later adopted records,
     /// reported by events, in the same storage.
@@ -47,7 +49,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     /// record of another set. The calibration in use stays.
     pub fn restore_factory(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>) {
         let (sensor, settings) = (record.sensor, &platform.settings().evaluation);
-        let mut secondaries = platform.units().iter().zip(&mut self.stored).skip(1);
+        let mut secondaries = platform
+            .units()
+            .iter()
+            .skip(1)
+            .zip(self.stored.of_secondaries_mut());
         if let Some((unit, stored)) = secondaries.find(|(unit, _)| unit.identity == record.identity)
             && let Ok(error) = accepted(platform, unit, record)
         {
@@ -59,12 +65,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     /// Restores a stored record of a sensor; reports the result in an event.
     pub fn restore(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>, report: Report<'_, T>) {
         let sensor = record.sensor;
-        let mut secondaries = platform.units().iter().zip(&mut self.stored).enumerate().skip(1);
+        let units = platform.units().iter().enumerate().skip(1);
+        let mut secondaries = units.zip(self.stored.of_secondaries_mut());
         let found =
-            secondaries.find(|(_, (unit, _))| unit.identity == record.identity && unit.axes.any(sensor));
+            secondaries.find(|((_, unit), _)| unit.identity == record.identity && unit.axes.any(sensor));
         let (unit, why) = match found {
             None => (0, Some(RecordRejection::OfAnotherUnit)),
-            Some((number, (unit, stored))) => match accepted(platform, unit, record) {
+            Some(((number, unit), stored)) => match accepted(platform, unit, record) {
                 Err(why) => (number, Some(why)),
                 Ok(error) => {
                     let (residual, settings) = (record.residual, &platform.settings().evaluation);

@@ -3,21 +3,17 @@
 use crate::moments::Moments;
 use crate::real::Real;
 use crate::redundancy::samples::steps::UnitSteps;
-use crate::redundancy::samples::window::{Means, Windows};
+use crate::redundancy::samples::window::{KEPT, Means, Windows, low};
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::settings::ForceAndRate;
 use crate::sample::CHANNELS;
-
-/// Number of stored windows, which lets other units be one and a half windows late.
-const KEPT: usize = 3;
 
 /// Latest windows of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowHistory<T: Real> {
     windows: Windows<T, CHANNELS>,
-    recent: [Option<Means<T, CHANNELS>>; KEPT],
-    /// Index of the newest window.
-    newest: usize,
+    /// In a ring; the newest lies at the place that the count of completed windows gives.
+    recent: [Option<Means<T, CHANNELS>>; KEPT as usize],
 }
 
 impl<T: Real> Default for WindowHistory<T> {
@@ -31,8 +27,7 @@ impl<T: Real> WindowHistory<T> {
     pub fn new() -> Self {
         Self {
             windows: Windows::new(),
-            recent: [None; KEPT],
-            newest: 0,
+            recent: [None; KEPT as usize],
         }
     }
 
@@ -49,8 +44,7 @@ impl<T: Real> WindowHistory<T> {
         let Some(means) = self.windows.push(time, channels, usable, length, steps) else {
             return false;
         };
-        self.newest = (self.newest + 1) % KEPT;
-        if let Some(oldest) = self.recent.get_mut(self.newest) {
+        if let Some(oldest) = self.recent.get_mut(self.windows.completed()) {
             *oldest = Some(means);
         }
         true
@@ -64,6 +58,7 @@ impl<T: Real> WindowHistory<T> {
 
     /// Window of a number, if it is stored.
     pub fn window(&self, index: u64) -> Option<&Means<T, CHANNELS>> {
+        let index = low(index);
         self.recent.iter().flatten().find(|means| means.index == index)
     }
 
@@ -73,9 +68,10 @@ impl<T: Real> WindowHistory<T> {
     }
 
     /// Number of the newest window.
+    #[inline(never)]
     pub fn newest(&self) -> Option<u64> {
-        let newest = self.recent.get(self.newest)?.as_ref()?;
-        Some(newest.index)
+        let newest = self.recent.get(self.windows.completed())?.as_ref()?;
+        Some(self.windows.number(newest.index))
     }
 }
 

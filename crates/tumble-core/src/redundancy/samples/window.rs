@@ -7,11 +7,14 @@
 use crate::real::{Real, count, real, whole_spans};
 use crate::redundancy::samples::steps::{Step, UnitSteps};
 
+/// Number of stored windows of a unit, which lets other units be one and a half windows late.
+pub(super) const KEPT: u8 = 3;
+
 /// Means of K channels over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means<T: Real, const K: usize> {
-    /// Number of the window in the grid.
-    pub index: u64,
+    /// Number of the window in the grid, its lower half: windows that share it lie years apart.
+    pub index: u32,
     /// Mean of each channel.
     pub mean: [T; K],
     /// Integral of each channel times the position in the window, 0 to 1: the rising half of a triangle.
@@ -34,8 +37,7 @@ impl<T: Real, const K: usize> Means<T, K> {
     }
 }
 
-/// Latest sample of a unit, as channels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Sample of a unit, as channels.
 struct Latest<T: Real, const K: usize> {
     time: u64,
     channels: [T; K],
@@ -45,21 +47,27 @@ struct Latest<T: Real, const K: usize> {
 /// Sums over the current window, of differences from its first reading so that no digits are lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WindowSums<T: Real, const K: usize> {
-    /// Number of the window in the grid.
-    index: u64,
     origin: [T; K],
     integral: [T; K],
     rising: [T; K],
     squares: [T; 2],
     steps: u16,
-    usable: [bool; 2],
-    whole: bool,
+    /// True if all samples were usable so far; `None` in a window of which samples are missing.
+    usable: Option<[bool; 2]>,
 }
 
 /// Integrator of the K channels of one unit, of which the first six are those of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows<T: Real, const K: usize> {
-    latest: Option<Latest<T, K>>,
+    /// Time of the latest sample, microseconds, and its channels.
+    time: u64,
+    channels: [T; K],
+    /// Usability of the latest sample; `None` before the first.
+    usable: Option<[bool; 2]>,
+    /// Completed windows, counted modulo [`KEPT`].
+    completed: u8,
+    /// Number of the current window in the grid.
+    index: u64,
     sums: WindowSums<T, K>,
 }
 
@@ -80,15 +88,30 @@ impl<T: Real, const K: usize> Windows<T, K> {
     /// Creates an integrator without samples.
     pub fn new() -> Self {
         Self {
-            latest: None,
-            sums: WindowSums::starting(0, &[T::zero(); K], false),
+            time: 0,
+            channels: [T::zero(); K],
+            usable: None,
+            completed: 0,
+            index: 0,
+            sums: WindowSums::starting(&[T::zero(); K], false),
         }
+    }
+
+    /// Completed windows, counted modulo [`KEPT`].
+    pub fn completed(&self) -> usize {
+        self.completed.into()
+    }
+
+    /// Number of a window of which the lower half is given: the nearest one to the current window.
+    pub fn number(&self, index: u32) -> u64 {
+        let ahead = index.wrapping_sub(low(self.index)).cast_signed();
+        self.index.wrapping_add_signed(ahead.into())
     }
 
     /// Latest reading.
     #[inline]
     pub fn latest(&self) -> Option<&[T; K]> {
-        Some(&self.latest.as_ref()?.channels)
+        self.usable.map(|_| &self.channels)
     }
 
     /// Adds the next reading and returns the window that it completes: at most one, because a pause longer than
@@ -107,12 +130,16 @@ impl<T: Real, const K: usize> Windows<T, K> {
             channels: *channels,
             usable,
         };
-        let Self { latest, sums } = self;
-        let closed = match latest {
-            Some(before) if time > before.time && time - before.time <= length => {
-                let samples = sums.steps;
-                let closed = sums.advance(before, &now, length);
-                let taken = sums.step(&before.channels, channels);
+        let closed = match self.usable {
+            Some(was_usable) if time > self.time && time - self.time <= length => {
+                let before = Latest {
+                    time: self.time,
+                    channels: self.channels,
+                    usable: was_usable,
+                };
+                let samples = self.sums.steps;
+                let closed = self.advance(&before, &now, length);
+                let taken = self.sums.step(&before.channels, channels);
                 if let Some((steps, taken)) = steps.zip(taken) {
                     if closed.is_some() {
                         steps.complete(samples);
@@ -122,16 +149,24 @@ impl<T: Real, const K: usize> Windows<T, K> {
                 closed
             }
             _ => {
-                *sums = WindowSums::starting(whole_spans(time, length).0, channels, false);
+                self.start(&now, length);
                 None
             }
         };
-        *latest = Some(now);
+        (self.time, self.channels, self.usable) = (time, *channels, Some(usable));
+        if closed.is_some() {
+            self.completed = (self.completed + 1) % KEPT;
+        }
         closed
     }
-}
 
-impl<T: Real, const K: usize> WindowSums<T, K> {
+    /// Starts in the middle of the window of a sample.
+    #[inline(never)]
+    fn start(&mut self, now: &Latest<T, K>, length: u64) {
+        self.index = whole_spans(now.time, length).0;
+        self.sums = WindowSums::starting(&now.channels, false);
+    }
+
     /// Adds the line from one sample to the next; returns the window that it completes.
     #[allow(clippy::cast_possible_truncation)]
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
@@ -139,17 +174,18 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         let (from, to) = (before.time.wrapping_sub(start), now.time.wrapping_sub(start));
         if from >= length {
             // The length of windows has changed.
-            *self = Self::starting(whole_spans(now.time, length).0, &now.channels, false);
+            self.start(now, length);
             return None;
         }
         // Times from the start of a window fit 32 bits.
         let (from, to) = (from as u32, to as u32);
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
-        self.restrict(before.usable, now.usable);
+        let sums = &mut self.sums;
+        sums.restrict(before.usable, now.usable);
         if to < length {
             let s = [position(from), position(to)];
-            self.add(&Piece {
+            sums.add(&Piece {
                 s,
                 from: &before.channels,
                 to: &now.channels,
@@ -158,40 +194,42 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
         let share = position(length - from) / position(to - from);
         let crossing = between(&before.channels, &now.channels, share);
-        self.add(&Piece {
+        sums.add(&Piece {
             s: [position(from), T::one()],
             from: &before.channels,
             to: &crossing,
         });
-        let closed = self.whole.then(|| self.means());
-        *self = Self::starting(self.index.saturating_add(1), &crossing, true);
-        self.restrict(before.usable, now.usable);
-        self.add(&Piece {
+        let closed = sums.usable.map(|usable| sums.means(low(self.index), usable));
+        self.index = self.index.saturating_add(1);
+        *sums = WindowSums::starting(&crossing, true);
+        sums.restrict(before.usable, now.usable);
+        sums.add(&Piece {
             s: [T::zero(), position(to - length)],
             from: &crossing,
             to: &now.channels,
         });
         closed
     }
+}
 
-    fn starting(index: u64, origin: &[T; K], whole: bool) -> Self {
+impl<T: Real, const K: usize> WindowSums<T, K> {
+    fn starting(origin: &[T; K], whole: bool) -> Self {
         Self {
-            index,
             origin: *origin,
             integral: [T::zero(); K],
             rising: [T::zero(); K],
             squares: [T::zero(); 2],
             steps: 0,
-            usable: [true; 2],
-            whole,
+            usable: whole.then_some([true; 2]),
         }
     }
 
     fn restrict(&mut self, before: [bool; 2], now: [bool; 2]) {
-        let ([first, second], [before_first, before_second], [now_first, now_second]) =
-            (&mut self.usable, before, now);
-        *first &= before_first & now_first;
-        *second &= before_second & now_second;
+        let ([before_first, before_second], [now_first, now_second]) = (before, now);
+        if let Some([first, second]) = &mut self.usable {
+            *first &= before_first & now_first;
+            *second &= before_second & now_second;
+        }
     }
 
     /// Adds the integrals of `x` and of `x s` along a straight piece.
@@ -219,15 +257,15 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         Some(taken)
     }
 
-    fn means(&self) -> Means<T, K> {
+    fn means(&self, index: u32, usable: [bool; 2]) -> Means<T, K> {
         let mut means = Means {
-            index: self.index,
+            index,
             mean: self.origin,
             rising: self.integral,
             scatter: self
                 .squares
                 .map(|squares| squares / (count::<T>(self.steps.max(1).into()) * real(6.0))),
-            usable: self.usable,
+            usable,
         };
         let half = real::<T>(0.5);
         for (mean, integral) in means.mean.iter_mut().zip(&self.integral) {
@@ -238,6 +276,12 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
         means
     }
+}
+
+/// Lower half of the number of a window.
+#[allow(clippy::cast_possible_truncation)]
+pub(super) fn low(index: u64) -> u32 {
+    index as u32
 }
 
 /// Reading at a share of the way from one to the next.

@@ -79,7 +79,7 @@ fn after_another_length_of_windows_those_of_the_new_one_follow() {
         }
         let later: Vec<_> = found
             .iter()
-            .filter(|means| means.index > begin / LENGTH + 2)
+            .filter(|means| u64::from(means.index) > begin / LENGTH + 2)
             .collect();
         assert_eq!((found.len() - later.len(), later.len()), (1, follow));
         for means in later {
@@ -104,7 +104,10 @@ fn the_change_of_mean_rate_is_the_mean_angular_acceleration() {
 #[test]
 fn a_long_pause_removes_only_the_windows_it_touches() {
     let times = (0..100).map(|i| i * 5000).chain((150..250).map(|i| i * 5000));
-    let indices: Vec<u64> = windows(times, |t| t).iter().map(|means| means.index).collect();
+    let indices: Vec<u64> = windows(times, |t| t)
+        .iter()
+        .map(|means| means.index.into())
+        .collect();
     // Samples stop at 495 ms, within window 9, and go on at 750 ms, on the edge of window 15.
     assert_eq!(indices, [1, 2, 3, 4, 5, 6, 7, 8, 16, 17, 18, 19, 20, 21, 22, 23]);
 }
