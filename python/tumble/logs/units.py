@@ -207,7 +207,8 @@ def _pieces(vectors: FloatArray) -> FloatArray:
     finite = whole_ones(vectors)
     window = max(1, min(_WINDOW, len(finite) // 4))
     count = len(finite) // window
-    return finite[: count * window].T.reshape(3, count, window)
+    pieces: FloatArray = finite[: count * window].T.reshape(3, count, window)
+    return pieces
 
 
 def guess_accelerometer_unit(norm_at_rest: float) -> str | None:

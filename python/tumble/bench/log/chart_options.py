@@ -22,8 +22,9 @@ from tumble.report.numbers import readable_unit
 from tumble.tools.view.deviation import Deviation
 from tumble.tools.view.levels import shown
 from tumble.tools.view.result_file import Residuals
-from tumble.tools.view.samples import TEMPERATURE, Form, KeptSamples
+from tumble.tools.view.samples import TEMPERATURE, KeptSamples
 from tumble.tools.view.spectrum import Spectrum
+from tumble.tools.viewers.content import Form
 
 Option: TypeAlias = dict[str, Any]
 

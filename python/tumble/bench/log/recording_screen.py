@@ -24,9 +24,10 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.translation import ENGLISH, speak, translated
 from tumble.tools.view.deviation import deviations
-from tumble.tools.view.samples import Form, channel_name
+from tumble.tools.view.samples import channel_name
 from tumble.tools.view.spectrum import spectra
 from tumble.tools.view.viewing import ViewedUnit, Viewing
+from tumble.tools.viewers.content import Form
 
 STYLE = Path(__file__).with_name("log.css")
 REFRESH = 0.3

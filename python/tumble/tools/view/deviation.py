@@ -9,7 +9,8 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.tools.view.samples import CHUNK, Form, KeptSamples
+from tumble.tools.view.samples import CHUNK, KeptSamples
+from tumble.tools.viewers.content import Form
 
 FEWEST_SAMPLES = 64
 

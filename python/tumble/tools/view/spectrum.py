@@ -12,7 +12,8 @@ import numpy as np
 
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.tools.view.samples import Form, KeptSamples
+from tumble.tools.view.samples import KeptSamples
+from tumble.tools.viewers.content import Form
 
 FEWEST_SAMPLES = 64
 LARGEST_SEGMENT = 1 << 16
