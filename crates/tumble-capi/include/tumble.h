@@ -2842,6 +2842,47 @@ tumble_status tumble_store_roll_back(struct tumble_store *store,
 tumble_status tumble_store_erase(struct tumble_store *store);
 
 /**
+ * Reads one of the records of the magnetometer of a unit.
+ *
+ * Errors: as of tumble_store_load().
+ */
+tumble_status tumble_store_load_magnetometer(struct tumble_store *store,
+                                             uint64_t identity,
+                                             tumble_which which,
+                                             struct tumble_magnetometer_record *record);
+
+/**
+ * Puts a record of a magnetometer in force; the one adopted before it stays as the previous one. Everything else is as of
+ * tumble_store_save().
+ */
+tumble_status tumble_store_save_magnetometer(struct tumble_store *store,
+                                             uint64_t now,
+                                             const struct tumble_magnetometer_record *record,
+                                             uint64_t *wait);
+
+/**
+ * Keeps a record of a magnetometer as the factory's; it is in force until another is saved. Everything else is as of
+ * tumble_store_save().
+ */
+tumble_status tumble_store_save_factory_magnetometer(struct tumble_store *store,
+                                                     uint64_t now,
+                                                     const struct tumble_magnetometer_record *record,
+                                                     uint64_t *wait);
+
+/**
+ * Puts the previous or the factory's record of a magnetometer in force again; what was in force becomes the previous one.
+ * `record` is it then; it may be null, and so may `wait`.
+ *
+ * Errors: as of tumble_store_load() and tumble_store_save().
+ */
+tumble_status tumble_store_roll_back_magnetometer(struct tumble_store *store,
+                                                  uint64_t now,
+                                                  uint64_t identity,
+                                                  tumble_which to,
+                                                  struct tumble_magnetometer_record *record,
+                                                  uint64_t *wait);
+
+/**
  * Takes off a reading what temperature did to it: `at_reference` is what the sensor would read at the reference, which
  * goes on to tumble_correction_apply(), to a spin or to a redundant set. `bias` is b of its calibration, m/s^2 or rad/s;
  * `temperature` is in degC, and counts as the reference where it is NaN. `reading` and `at_reference` may be the same.

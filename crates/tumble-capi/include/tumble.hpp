@@ -8,6 +8,7 @@
 #ifndef TUMBLE_HPP
 #define TUMBLE_HPP
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -208,6 +209,34 @@ public:
         return tumble_store_save_drift(&state_, now, &drift, wait);
     }
 
+    result<tumble_magnetometer_record> load_magnetometer(std::uint64_t identity,
+                                                         tumble_which which = TUMBLE_WHICH_IN_FORCE) noexcept
+    {
+        return detail::answered<tumble_magnetometer_record>([&](tumble_magnetometer_record *record) {
+            return tumble_store_load_magnetometer(&state_, identity, which, record);
+        });
+    }
+
+    [[nodiscard]] tumble_status save_magnetometer(std::uint64_t now, const tumble_magnetometer_record &record,
+                                                  std::uint64_t *wait = nullptr) noexcept
+    {
+        return tumble_store_save_magnetometer(&state_, now, &record, wait);
+    }
+
+    [[nodiscard]] tumble_status save_factory_magnetometer(std::uint64_t now, const tumble_magnetometer_record &record,
+                                                          std::uint64_t *wait = nullptr) noexcept
+    {
+        return tumble_store_save_factory_magnetometer(&state_, now, &record, wait);
+    }
+
+    result<tumble_magnetometer_record> roll_back_magnetometer(std::uint64_t now, std::uint64_t identity, tumble_which to,
+                                                              std::uint64_t *wait = nullptr) noexcept
+    {
+        return detail::answered<tumble_magnetometer_record>([&](tumble_magnetometer_record *record) {
+            return tumble_store_roll_back_magnetometer(&state_, now, identity, to, record, wait);
+        });
+    }
+
     [[nodiscard]] tumble_status erase() noexcept { return tumble_store_erase(&state_); }
 };
 
@@ -371,6 +400,38 @@ inline result<tumble_sample> corrected(const tumble_correction &correction, cons
 {
     return detail::answered<tumble_sample>(
         [&](tumble_sample *truth) { return tumble_correction_apply(&correction, &reading, truth); });
+}
+
+/** Writes the error of a magnetometer as bytes; gives those that are it. */
+inline result<span<std::uint8_t>> encode(const tumble_magnetometer_record &record, span<std::uint8_t> bytes) noexcept
+{
+    const tumble_status status = tumble_magnetometer_encode(&record, bytes.data(), bytes.size());
+    return {status, bytes.first(status == TUMBLE_OK ? TUMBLE_MAGNETOMETER_BYTES : 0)};
+}
+
+/** Reads the error of a magnetometer from the bytes that are it. */
+inline result<tumble_magnetometer_record> decode_magnetometer(span<const std::uint8_t> bytes) noexcept
+{
+    return detail::answered<tumble_magnetometer_record>([&](tumble_magnetometer_record *record) {
+        return tumble_magnetometer_decode(bytes.data(), bytes.size(), record);
+    });
+}
+
+/** The errors of a magnetometer as they are taken off its readings. */
+inline result<tumble_magnetometer_correction> correction_of(const tumble_magnetometer &magnetometer) noexcept
+{
+    return detail::answered<tumble_magnetometer_correction>([&](tumble_magnetometer_correction *correction) {
+        return tumble_magnetometer_correction_init(correction, &magnetometer);
+    });
+}
+
+/** Field in the case frame of the unit, uT, from a reading, uT, at a current, A, or a throttle from 0 to 1. */
+inline result<std::array<float, 3>> corrected(const tumble_magnetometer_correction &correction,
+                                              const std::array<float, 3> &reading, float current = 0.0F) noexcept
+{
+    return detail::answered<std::array<float, 3>>([&](std::array<float, 3> *field) {
+        return tumble_magnetometer_correction_apply(&correction, reading.data(), current, field->data());
+    });
 }
 
 } // namespace tumble

@@ -1,20 +1,20 @@
 //! Magnetometers: readings corrected, and their errors as records.
 
 use core::mem::MaybeUninit;
-use core::slice;
 
 use tumble_core::magnetometer::{MagnetometerCorrection as CoreCorrection, MagnetometerModel as CoreModel};
 use tumble_core::model::Correction as OneCorrection;
 #[cfg(feature = "records")]
 use tumble_store::record::{
-    Load, MAGNETOMETER_ENCODED, MAX_ENCODED, MagnetometerRecord as StoredMagnetometer, decode_magnetometer,
+    Load, MAGNETOMETER_ENCODED, MagnetometerRecord as StoredMagnetometer, decode_magnetometer,
     encode_magnetometer,
 };
 
 use crate::code::truth;
 use crate::model::{ErrorModel, matrix, rows, vector};
 use crate::pointer::{Place, look, read};
-use crate::record::{decode_error, encode_error};
+#[cfg(feature = "records")]
+use crate::record::{encode_error, read_bytes};
 use crate::status::{Status, StatusResult, status};
 
 /// Bytes of the encoded error of a magnetometer.
@@ -157,22 +157,7 @@ pub unsafe extern "C" fn tumble_magnetometer_decode(
     record: *mut MagnetometerRecord,
 ) -> Status {
     // SAFETY: the header requires it of all pointers.
-    let place = unsafe { Place::at(record) };
-    status((|| {
-        let place = place?;
-        if bytes.is_null() {
-            return Err(Status::TumbleErrorNull);
-        }
-        if length > MAX_ENCODED {
-            return Err(Status::TumbleErrorCorrupt);
-        }
-        // SAFETY: there are that many bytes, and few enough for a slice.
-        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
-        place.write(MagnetometerRecord::of(
-            &decode_magnetometer(bytes).map_err(decode_error)?,
-        ));
-        Ok(())
-    })())
+    unsafe { read_bytes(bytes, length, record, decode_magnetometer, MagnetometerRecord::of) }
 }
 
 impl Magnetometer {
@@ -211,7 +196,8 @@ impl MagnetometerCorrection {
 
 #[cfg(feature = "records")]
 impl MagnetometerRecord {
-    fn of(record: &StoredMagnetometer) -> Self {
+    /// Converts the store's type.
+    pub fn of(record: &StoredMagnetometer) -> Self {
         Self {
             identity: record.identity,
             magnetometer: Magnetometer::of(&record.magnetometer),
@@ -221,7 +207,8 @@ impl MagnetometerRecord {
         }
     }
 
-    fn in_store(&self) -> StatusResult<StoredMagnetometer> {
+    /// Converts it to the store's type.
+    pub fn in_store(&self) -> StatusResult<StoredMagnetometer> {
         Ok(StoredMagnetometer {
             identity: self.identity,
             magnetometer: self.magnetometer.in_core()?,

@@ -128,18 +128,35 @@ pub unsafe extern "C" fn tumble_record_decode(
     record: *mut Record,
 ) -> Status {
     // SAFETY: the header requires it of all pointers.
+    unsafe { read_bytes(bytes, length, record, decode, Record::of_stored) }
+}
+
+/// Reads a record of a kind from bytes of the caller's, and writes it as C has it.
+///
+/// # Safety
+/// The pointers satisfy the header.
+#[cfg(feature = "records")]
+pub unsafe fn read_bytes<S, C>(
+    bytes: *const u8,
+    length: usize,
+    record: *mut C,
+    decode: impl FnOnce(&[u8]) -> Result<S, DecodeError>,
+    in_c: impl FnOnce(&S) -> C,
+) -> Status {
+    // SAFETY: the same is asked of the caller.
     let place = unsafe { Place::at(record) };
     status((|| {
         let place = place?;
         if bytes.is_null() {
             return Err(Status::TumbleErrorNull);
         }
+        // No kind has more, and a slice has a limit.
         if length > TUMBLE_RECORD_BYTES {
             return Err(Status::TumbleErrorCorrupt);
         }
         // SAFETY: there are that many bytes, and few enough for a slice.
         let bytes = unsafe { slice::from_raw_parts(bytes, length) };
-        place.write(Record::of_stored(&decode(bytes).map_err(decode_error)?));
+        place.write(in_c(&decode(bytes).map_err(decode_error)?));
         Ok(())
     })())
 }

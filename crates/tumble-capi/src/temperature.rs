@@ -1,7 +1,6 @@
 //! Effect of temperature on a sensor, corrected in its readings and kept over a reset.
 
 use core::mem::MaybeUninit;
-use core::slice;
 
 use tumble_core::temperature::TemperatureDrift as CoreDrift;
 use tumble_store::record::{DRIFT_ENCODED, DriftRecord as StoredDrift, decode_drift, encode_drift};
@@ -9,7 +8,9 @@ use tumble_store::record::{DRIFT_ENCODED, DriftRecord as StoredDrift, decode_dri
 use crate::code::code;
 use crate::model::vector;
 use crate::pointer::{Place, look, read};
-use crate::record::{Sensor, decode_error, encode_error};
+#[cfg(feature = "records")]
+use crate::record::read_bytes;
+use crate::record::{Sensor, encode_error};
 use crate::status::{Status, StatusResult, status};
 
 /// Bytes of an encoded drift.
@@ -112,20 +113,7 @@ pub unsafe extern "C" fn tumble_drift_decode(
     record: *mut DriftRecord,
 ) -> Status {
     // SAFETY: the header requires it of all pointers.
-    let place = unsafe { Place::at(record) };
-    status((|| {
-        let place = place?;
-        if bytes.is_null() {
-            return Err(Status::TumbleErrorNull);
-        }
-        if length > TUMBLE_DRIFT_BYTES {
-            return Err(Status::TumbleErrorCorrupt);
-        }
-        // SAFETY: there are that many bytes, and few enough for a slice.
-        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
-        place.write(DriftRecord::of(&decode_drift(bytes).map_err(decode_error)?));
-        Ok(())
-    })())
+    unsafe { read_bytes(bytes, length, record, decode_drift, DriftRecord::of) }
 }
 
 impl TemperatureDrift {

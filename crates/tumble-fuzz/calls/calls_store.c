@@ -6,6 +6,7 @@
 static tumble_flash *driver;
 static tumble_write_limit *limit;
 static tumble_record *record;
+static tumble_magnetometer_record *compass;
 static uint64_t *waiting;
 static uint32_t *entries;
 
@@ -17,6 +18,7 @@ static void make_room(void)
     driver = memory_ending(sizeof *driver);
     limit = memory_ending(sizeof *limit);
     record = memory_ending(sizeof *record);
+    compass = memory_ending(sizeof *compass);
     waiting = memory_ending(sizeof *waiting);
     entries = memory_ending(sizeof *entries);
 }
@@ -84,6 +86,38 @@ static void roll_back(void)
          record, sizeof *record);
 }
 
+static void keep_magnetometer(void)
+{
+    memset(compass, 0, sizeof *compass);
+    compass->identity = 10 + draw_below(TUMBLE_UNITS + 1);
+    for (int i = 0; i < 3; i++) {
+        compass->magnetometer.error.matrix[i][i] = 1.0f;
+        compass->magnetometer.error.bias[i] = draw_usual(40.0f);
+    }
+    if (draw_once_in(4)) {
+        draw_spoil(compass, sizeof *compass);
+    }
+    uint64_t *const place = optional(waiting);
+    done(draw_once_in(8)
+             ? tumble_store_save_factory_magnetometer(required(store), draw_time(), required(compass), place)
+             : tumble_store_save_magnetometer(required(store), draw_time(), required(compass), place),
+         NULL, 0);
+}
+
+static void find_magnetometer(void)
+{
+    const uint64_t identity = 10 + draw_below(TUMBLE_UNITS + 1);
+    unwritten(compass, sizeof *compass);
+    if (draw_once_in(8)) {
+        done(tumble_store_roll_back_magnetometer(required(store), draw_time(), identity, draw_code(4), optional(compass),
+                                                 optional(waiting)),
+             compass, sizeof *compass);
+    } else if (done(tumble_store_load_magnetometer(required(store), identity, draw_code(4), required(compass)), compass,
+                    sizeof *compass)) {
+        CHECK(compass->identity == identity, "the magnetometer of another unit");
+    }
+}
+
 void call_of_store(void)
 {
     make_room();
@@ -102,6 +136,12 @@ void call_of_store(void)
         if (draw_once_in(8)) {
             done(tumble_store_erase(required(store)), NULL, 0);
         }
+        break;
+    case 4:
+        keep_magnetometer();
+        break;
+    case 5:
+        find_magnetometer();
         break;
     default:
         if (draw_once_in(2)) {

@@ -1,5 +1,6 @@
 /* Records in flash. */
 
+#include <math.h>
 #include <string.h>
 
 #include "laws.h"
@@ -93,6 +94,56 @@ static void keeps_what_temperature_does_beside_the_records(void)
     tumble_drift_record spoilt = written;
     spoilt.drift.reference = 90.0F;
     ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_store_save_drift(store, 0, &spoilt, NULL));
+    free(store);
+}
+
+static tumble_magnetometer_record compass_of(float hard_iron)
+{
+    tumble_magnetometer_record record = {
+        IDENTITY,
+        {{{{1.0F, 0.0F, 0.0F}, {0.0F, 1.25F, 0.0F}, {0.0F, 0.0F, 1.0F}}, {0.0F, 12.0F, 0.0F}}, {0.5F, 0.0F, 0.0F}},
+        {{0.001F, 0.001F, 0.001F}, {0.001F, 0.001F, 0.001F}, {0.001F, 0.001F, 0.001F}},
+        {0.125F, 0.125F, 0.125F},
+        true};
+    record.magnetometer.error.bias[0] = hard_iron;
+    return record;
+}
+
+static void expect_compass(tumble_store *store, tumble_which which, float hard_iron)
+{
+    tumble_magnetometer_record read;
+    const tumble_magnetometer_record written = compass_of(hard_iron);
+    ANSWERS(TUMBLE_OK, tumble_store_load_magnetometer(store, IDENTITY, which, &read));
+    CHECK(memcmp(&read, &written, offsetof(tumble_magnetometer_record, of_throttle)) == 0 && read.of_throttle);
+}
+
+static void keeps_a_magnetometer_beside_the_other_sensors(void)
+{
+    ram_flash flash;
+    ram_flash_erase(&flash);
+    tumble_store *store = ram_flash_open(&flash);
+    tumble_magnetometer_record compass = compass_of(1.0F);
+    ANSWERS(TUMBLE_ERROR_NOTHING_STORED,
+            tumble_store_load_magnetometer(store, IDENTITY, TUMBLE_WHICH_IN_FORCE, &compass));
+    ANSWERS(TUMBLE_OK, tumble_store_save_factory_magnetometer(store, 0, &compass, NULL));
+    expect_compass(store, TUMBLE_WHICH_IN_FORCE, 1.0F);
+    for (int number = 2; number < 4; ++number) {
+        compass = compass_of((float)number);
+        ANSWERS(TUMBLE_OK, tumble_store_save_magnetometer(store, 0, &compass, NULL));
+    }
+    for (uint32_t sequence = 1; sequence < 60; ++sequence) {
+        ANSWERS(TUMBLE_OK, save(store, sequence));
+    }
+    expect_compass(store, TUMBLE_WHICH_FACTORY, 1.0F);
+    expect_compass(store, TUMBLE_WHICH_PREVIOUS, 2.0F);
+    expect_compass(store, TUMBLE_WHICH_IN_FORCE, 3.0F);
+    expect(store, TUMBLE_WHICH_IN_FORCE, 59);
+    ANSWERS(TUMBLE_ERROR_CODE, tumble_store_roll_back_magnetometer(store, 0, IDENTITY, TUMBLE_WHICH_IN_FORCE, NULL, NULL));
+    ANSWERS(TUMBLE_OK, tumble_store_roll_back_magnetometer(store, 0, IDENTITY, TUMBLE_WHICH_PREVIOUS, &compass, NULL));
+    CHECK(compass.magnetometer.error.bias[0] == 2.0F);
+    expect_compass(store, TUMBLE_WHICH_IN_FORCE, 2.0F);
+    compass.bias_sigma[1] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_store_save_magnetometer(store, 0, &compass, NULL));
     free(store);
 }
 
@@ -329,6 +380,7 @@ static void a_limit_of_none_at_once_is_a_limit_of_one(void)
 const law store_laws[] = {
     {"the last, the previous and the factory's record are kept, and come back", keeps_last_previous_and_factory},
     {"what temperature does is kept beside the records", keeps_what_temperature_does_beside_the_records},
+    {"a magnetometer is kept beside the other sensors of its unit", keeps_a_magnetometer_beside_the_other_sensors},
     {"what temperature does is a record of its own", a_drift_is_a_record_of_its_own},
     {"a power cut at any byte leaves the old or the new record, whole",
      a_power_cut_leaves_the_old_or_the_new_record},

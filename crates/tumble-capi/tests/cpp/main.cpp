@@ -303,6 +303,60 @@ void objects_keep_records_and_read_their_bytes(const std::string &)
     require(tumble::encode(some_record(9), tumble::span<std::uint8_t>(buffer).first(20)).status() == TUMBLE_ERROR_NO_ROOM, "no room");
 }
 
+std::vector<std::uint8_t> bytes_of(const std::string &digits)
+{
+    std::vector<std::uint8_t> bytes;
+    for (std::size_t at = 0; at < digits.size(); at += 2) {
+        bytes.push_back(static_cast<std::uint8_t>(std::stoi(digits.substr(at, 2), nullptr, 16)));
+    }
+    return bytes;
+}
+
+/// Numbers of a vector in the axes of a sensor.
+std::array<float, 3> three(const cJSON *value)
+{
+    const auto found = numbers(value);
+    return {static_cast<float>(found.at(0)), static_cast<float>(found.at(1)), static_cast<float>(found.at(2))};
+}
+
+void magnetometers_agree_with_their_vectors_and_outlast_a_reset(const std::string &folder)
+{
+    const Json file = read(folder + "/magnetometer.json");
+    const double allowed = numbers(member(member(member(file.get(), "tolerance"), "field"), "f32")).at(0);
+    FlashWithDeadWord flash;
+    const tumble_flash driver = tumble::flash_of(flash);
+    const cJSON *a_case = nullptr;
+    int cases = 0;
+    cJSON_ArrayForEach(a_case, member(file.get(), "cases"))
+    {
+        const auto stated = bytes_of(member(a_case, "record")->valuestring);
+        const auto record = tumble::decode_magnetometer(stated);
+        done(record.status());
+        tumble::store store(driver, 0, 4 * FlashWithDeadWord::page);
+        done(store.save_factory_magnetometer(0, *record));
+        done(store.save_magnetometer(0, *record));
+        tumble::store later(driver, 0, 4 * FlashWithDeadWord::page);
+        const auto kept = later.load_magnetometer(record->identity);
+        done(kept.status());
+        done(later.roll_back_magnetometer(0, record->identity, TUMBLE_WHICH_FACTORY).status());
+        std::array<std::uint8_t, TUMBLE_MAGNETOMETER_BYTES> buffer{};
+        const auto bytes = tumble::encode(*kept, buffer);
+        done(bytes.status());
+        require(std::equal(bytes->begin(), bytes->end(), stated.begin(), stated.end()), "its bytes are the same");
+        require(tumble::encode(*kept, tumble::span<std::uint8_t>(buffer).first(124)).status() == TUMBLE_ERROR_NO_ROOM, "no room");
+        const auto correction = tumble::correction_of(kept->magnetometer);
+        const auto load = static_cast<float>(numbers(member(a_case, "load")).at(0));
+        const auto field = tumble::corrected(*correction, three(member(a_case, "y")), load);
+        done(field.status());
+        const auto expected = numbers(member(a_case, "field"));
+        for (std::size_t i = 0; i < 3; ++i) {
+            require(std::abs((*field)[i] - expected.at(i)) <= allowed, "corrected");
+        }
+        ++cases;
+    }
+    require(cases > 0, "no cases");
+}
+
 void objects_end_with_their_storage_cleared(const std::string &)
 {
     alignas(tumble::redundancy) std::array<unsigned char, sizeof(tumble::redundancy)> room{};
@@ -338,6 +392,7 @@ constexpr Law laws[] = {
     {"secondaries are calibrated as the vectors say", secondaries_are_calibrated_as_the_vectors_say},
     {"records outlast the store that wrote them", records_outlast_the_store_that_wrote_them},
     {"objects keep records and read their bytes", objects_keep_records_and_read_their_bytes},
+    {"magnetometers agree with their vectors, and outlast a reset", magnetometers_agree_with_their_vectors_and_outlast_a_reset},
     {"objects end with their storage cleared", objects_end_with_their_storage_cleared},
 };
 

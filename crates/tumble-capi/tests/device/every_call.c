@@ -106,6 +106,13 @@ static void keep(void)
     answers += tumble_store_save_drift(&store, 0, &drift, &wait);
     answers += tumble_store_load_drift(&store, 1, TUMBLE_SENSOR_GYROSCOPE, &drift.drift);
 #endif
+#ifndef TUMBLE_WITHOUT_MAGNETOMETER
+    tumble_magnetometer_record compass;
+    answers += tumble_store_load_magnetometer(&store, 1, TUMBLE_WHICH_IN_FORCE, &compass);
+    answers += tumble_store_save_magnetometer(&store, 0, &compass, &wait);
+    answers += tumble_store_save_factory_magnetometer(&store, 0, &compass, &wait);
+    answers += tumble_store_roll_back_magnetometer(&store, 0, 1, TUMBLE_WHICH_FACTORY, NULL, NULL);
+#endif
     answers += tumble_store_erase(&store);
 }
 #endif

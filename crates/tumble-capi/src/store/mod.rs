@@ -1,11 +1,13 @@
 //! The records of many units in flash.
 
+#[cfg(feature = "magnetometer")]
+pub mod magnetometer;
+
 use core::mem::MaybeUninit;
 
 use tumble_store::flash::{
     LayoutError, RecordStore, Saved, StoreError, Which as CoreWhich, WriteLimit as CoreLimit,
 };
-use tumble_store::record::StoredRecord;
 
 use crate::code::{Code, code};
 use crate::flash::{Driver, DriverError, Flash, WORD};
@@ -110,20 +112,15 @@ pub unsafe extern "C" fn tumble_store_load(
     which: MaybeUninit<Which>,
     record: *mut Record,
 ) -> Status {
-    // SAFETY: the header requires it of all pointers.
-    let place = unsafe { Place::at(record) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (place, sensor) = (place?, code(sensor)?.in_core());
-        let found = match code(which)?.in_core() {
+    let find = |store: &mut RecordStore<Driver>| {
+        let sensor = code(sensor)?.in_core();
+        Ok(match code(which)?.in_core() {
             None => store.in_force(identity, sensor),
             Some(which) => store.load(identity, sensor, which),
-        };
-        let found = found.map_err(|error| error_of(&error))?;
-        place.write(Record::of_stored(&found.ok_or(Status::TumbleErrorNothingStored)?));
-        Ok(())
+        })
     };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    // SAFETY: the header requires it of all pointers.
+    unsafe { load(store, record, find, Record::of_stored) }
 }
 
 /// Puts a record in force; the one adopted before it stays as the previous one. If it is in force already, nothing is
@@ -140,8 +137,9 @@ pub unsafe extern "C" fn tumble_store_save(
     record: *const Record,
     wait: *mut u64,
 ) -> Status {
+    let save = |store: &mut RecordStore<Driver>, record: &_| store.save(now, record);
     // SAFETY: the header requires it of all pointers.
-    unsafe { keep(store, record, wait, |store, record| store.save(now, record)) }
+    unsafe { keep(store, record, wait, Record::in_store, save) }
 }
 
 /// Keeps a record as the factory's; it is in force until another is saved. Everything else is as of tumble_store_save().
@@ -152,12 +150,9 @@ pub unsafe extern "C" fn tumble_store_save_factory(
     record: *const Record,
     wait: *mut u64,
 ) -> Status {
+    let save = |store: &mut RecordStore<Driver>, record: &_| store.save_factory(now, record);
     // SAFETY: the header requires it of all pointers.
-    unsafe {
-        keep(store, record, wait, |store, record| {
-            store.save_factory(now, record)
-        })
-    }
+    unsafe { keep(store, record, wait, Record::in_store, save) }
 }
 
 /// Reads what temperature does to a sensor of a unit. Calibrations that are adopted leave it as it is.
@@ -171,19 +166,9 @@ pub unsafe extern "C" fn tumble_store_load_drift(
     sensor: MaybeUninit<Sensor>,
     drift: *mut TemperatureDrift,
 ) -> Status {
+    let find = |store: &mut RecordStore<Driver>| Ok(store.drift(identity, code(sensor)?.in_core()));
     // SAFETY: the header requires it of all pointers.
-    let place = unsafe { Place::at(drift) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (place, sensor) = (place?, code(sensor)?.in_core());
-        let found = store.drift(identity, sensor);
-        let found = found.map_err(|error| error_of(&error))?;
-        place.write(TemperatureDrift::of(
-            &found.ok_or(Status::TumbleErrorNothingStored)?,
-        ));
-        Ok(())
-    };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    unsafe { load(store, drift, find, TemperatureDrift::of) }
 }
 
 /// Keeps what temperature does to a sensor, in place of what was kept of that before. Everything else is as of
@@ -196,14 +181,9 @@ pub unsafe extern "C" fn tumble_store_save_drift(
     drift: *const DriftRecord,
     wait: *mut u64,
 ) -> Status {
+    let save = |store: &mut RecordStore<Driver>, drift: &_| store.save_drift(now, drift);
     // SAFETY: the header requires it of all pointers.
-    let (drift, wait) = unsafe { (read(drift), Place::if_wanted(wait)) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (drift, wait) = (drift?.in_store()?, wait?);
-        written(store.save_drift(now, &drift), wait).map(|_| ())
-    };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    unsafe { keep(store, drift, wait, DriftRecord::in_store, save) }
 }
 
 /// Puts the previous or the factory's record in force again; what was in force becomes the previous one. `record` is it
@@ -220,19 +200,10 @@ pub unsafe extern "C" fn tumble_store_roll_back(
     record: *mut Record,
     wait: *mut u64,
 ) -> Status {
+    let roll_back =
+        |store: &mut RecordStore<Driver>, to| Ok(store.roll_back(now, identity, code(sensor)?.in_core(), to));
     // SAFETY: the header requires it of all pointers.
-    let (place, wait) = unsafe { (Place::if_wanted(record), Place::if_wanted(wait)) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (place, wait, sensor) = (place?, wait?, code(sensor)?.in_core());
-        let to = code(to)?.in_core().ok_or(Status::TumbleErrorCode)?;
-        let found: StoredRecord = written(store.roll_back(now, identity, sensor, to), wait)?;
-        if let Some(place) = place {
-            place.write(Record::of_stored(&found));
-        }
-        Ok(())
-    };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    unsafe { restore(store, to, record, wait, roll_back, Record::of_stored) }
 }
 
 /// Forgets all records, those of the factory too.
@@ -277,27 +248,80 @@ fn open(flash: Flash, start: u32, length: u32, limit: CoreLimit) -> StatusResult
     })
 }
 
+/// Outcome of a call of the store.
+type Outcome<T> = Result<T, StoreError<DriverError>>;
+
+/// Reads a record of one of the store's kinds, and writes it as C has it.
+///
+/// # Safety
+/// The pointers satisfy the header.
+unsafe fn load<S, C>(
+    store: *mut Store,
+    record: *mut C,
+    find: impl FnOnce(&mut RecordStore<Driver>) -> StatusResult<Outcome<Option<S>>>,
+    in_c: impl FnOnce(&S) -> C,
+) -> Status {
+    // SAFETY: the same is asked of the caller.
+    let place = unsafe { Place::at(record) };
+    let work = |store: &mut RecordStore<Driver>| {
+        let place = place?;
+        let found = find(store)?.map_err(|error| error_of(&error))?;
+        place.write(in_c(&found.ok_or(Status::TumbleErrorNothingStored)?));
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(store, work) })
+}
+
 /// Writes a record in one of the store's ways.
 ///
 /// # Safety
 /// The pointers satisfy the header.
-unsafe fn keep(
+unsafe fn keep<C: Copy, S>(
     store: *mut Store,
-    record: *const Record,
+    record: *const C,
     wait: *mut u64,
-    save: impl FnOnce(&mut RecordStore<Driver>, &StoredRecord) -> Result<Saved, StoreError<DriverError>>,
+    in_store: impl FnOnce(&C) -> StatusResult<S>,
+    save: impl FnOnce(&mut RecordStore<Driver>, &S) -> Outcome<Saved>,
 ) -> Status {
     // SAFETY: the same is asked of the caller.
     let (record, wait) = unsafe { (read(record), Place::if_wanted(wait)) };
     let work = |store: &mut RecordStore<Driver>| {
-        let (record, wait) = (record?.in_store()?, wait?);
+        let (record, wait) = (in_store(&record?)?, wait?);
         written(save(store, &record), wait).map(|_| ())
     };
     // SAFETY: the same.
     status(unsafe { change(store, work) })
 }
 
-fn written<T>(outcome: Result<T, StoreError<DriverError>>, wait: Option<Place<u64>>) -> StatusResult<T> {
+/// Puts an earlier record in force again, and writes it as C has it where that is wanted.
+///
+/// # Safety
+/// The pointers satisfy the header.
+unsafe fn restore<S, C>(
+    store: *mut Store,
+    to: MaybeUninit<Which>,
+    record: *mut C,
+    wait: *mut u64,
+    roll_back: impl FnOnce(&mut RecordStore<Driver>, CoreWhich) -> StatusResult<Outcome<S>>,
+    in_c: impl FnOnce(&S) -> C,
+) -> Status {
+    // SAFETY: the same is asked of the caller.
+    let (place, wait) = unsafe { (Place::if_wanted(record), Place::if_wanted(wait)) };
+    let work = |store: &mut RecordStore<Driver>| {
+        let (place, wait) = (place?, wait?);
+        let to = code(to)?.in_core().ok_or(Status::TumbleErrorCode)?;
+        let found = written(roll_back(store, to)?, wait)?;
+        if let Some(place) = place {
+            place.write(in_c(&found));
+        }
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(store, work) })
+}
+
+fn written<T>(outcome: Outcome<T>, wait: Option<Place<u64>>) -> StatusResult<T> {
     outcome.map_err(|error| {
         if let (StoreError::TooSoon { wait: time }, Some(place)) = (&error, wait) {
             place.write(*time);
