@@ -1,5 +1,7 @@
 # How cargo builds the library that CMake links.
 
+include(${CMAKE_CURRENT_LIST_DIR}/TumbleParts.cmake)
+
 # Sets `result` to Rust's name of the machine that is built for; empty where that is this machine.
 function(tumble_find_rust_target result)
     set(${result} "" PARENT_SCOPE)
@@ -39,8 +41,7 @@ endfunction()
 function(tumble_choose_parts features definitions)
     set(wanted freestanding)
     set(said TUMBLE_UNITS=${TUMBLE_UNITS})
-    # The parts are those of Cargo.toml, Kconfig.parts, cmake/TumbleKconfig.cmake and platformio/build.py.
-    foreach(part SPIN REDUNDANCY CALIBRATION AIDING SETTINGS_CHECK RECORDS TEMPERATURE MAGNETOMETER)
+    foreach(part ${TUMBLE_PARTS})
         if(TUMBLE_${part})
             string(TOLOWER ${part} feature)
             list(APPEND wanted ${feature})

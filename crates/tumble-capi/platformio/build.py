@@ -12,6 +12,7 @@ custom_tumble_library (none: it is built).
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 from pathlib import Path
 from typing import NoReturn
@@ -37,17 +38,13 @@ PROCESSORS = {
 # Those that no floating point unit was ever made for.
 WITHOUT_FLOATS = ("cortex-m0", "cortex-m0plus", "cortex-m3")
 
-# The same names are in Cargo.toml and cmake/TumbleRust.cmake.
-PARTS = (
-    "spin",
-    "redundancy",
-    "calibration",
-    "aiding",
-    "settings_check",
-    "records",
-    "temperature",
-    "magnetometer",
-)
+CRATE = Path(env.Dir(".").srcnode().abspath).parent
+
+
+def parts() -> list[str]:
+    """Parts of the library: the default features of Cargo.toml."""
+    (listed,) = re.findall(r"^default = \[(.*)\]$", (CRATE / "Cargo.toml").read_text(), re.MULTILINE)
+    return re.findall(r'"(\w+)"', listed)
 
 
 def fail(message: str) -> NoReturn:
@@ -73,14 +70,13 @@ def features(left_out: list[str]) -> list[str]:
     """Cargo's options for all parts but these."""
     if not left_out:
         return ["--features", "freestanding"]
-    wanted = ["freestanding", *(part for part in PARTS if part not in left_out)]
+    wanted = ["freestanding", *(part for part in parts() if part not in left_out)]
     return ["--no-default-features", "--features", ",".join(wanted)]
 
 
 def build(folder: Path, target: str | None, units: str, left_out: list[str]) -> Path:
     """Path of the library that cargo builds."""
-    crate = Path(env.Dir(".").srcnode().abspath).parent
-    command = ["cargo", "rustc", "--quiet", "--locked", "--manifest-path", str(crate / "Cargo.toml")]
+    command = ["cargo", "rustc", "--quiet", "--locked", "--manifest-path", str(CRATE / "Cargo.toml")]
     command += ["--crate-type", "staticlib", "--profile", "device", *features(left_out)]
     command += ["--target-dir", str(folder)] + (["--target", target] if target else [])
     try:
@@ -97,8 +93,8 @@ if units not in {"2", "3", "4", "5", "6", "7", "8"}:
     fail(f"custom_tumble_units is {units}; it is 2 to 8, the primary included")
 left_out = env.GetProjectOption("custom_tumble_without", "").split()
 for part in left_out:
-    if part not in PARTS:
-        fail(f"custom_tumble_without names {part}; parts are {', '.join(PARTS)}")
+    if part not in parts():
+        fail(f"custom_tumble_without names {part}; parts are {', '.join(parts())}")
 flags = env.Flatten(env.subst_list("$CCFLAGS $CFLAGS $ASFLAGS"))
 library = env.GetProjectOption("custom_tumble_library", "")
 if not library:
