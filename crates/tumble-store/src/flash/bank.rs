@@ -7,9 +7,9 @@
 //! because it reads so. Each later write proves the one before it complete, in the same boot:
 //!
 //! - a header, that all copied entries were written;
-//! - an entry after the copied ones, that a copy of the header was. Without one the older bank stays in use, which holds
-//!   the same. It stays so too if there is one alone and copied ones are not whole: that one was marginal, and in a boot
-//!   that did not read it, the younger bank was to be erased;
+//! - an entry after the copied ones, or a part of a slot that was cleared, that a copy of the header was. Without them the
+//!   older bank stays in use, which holds the same. It stays so too if there is one entry alone and copied ones are not
+//!   whole: that one was marginal, and in a boot that did not read it, the younger bank was to be erased;
 //! - an entry, that the one in the slot before it was: between those of two boots a slot is cleared, since the first
 //!   that reads as erased may be where power was cut.
 //!
@@ -132,22 +132,26 @@ impl<F: NorFlash> Banks<F> {
         Ok(Header::of(&bytes))
     }
 
-    /// Checks whether entries that were not copied prove the header of a bank written, and no erasure begun since. One alone
-    /// may be marginal: in a boot that did not read it, half of the bank may have been erased. So it proves nothing unless
-    /// the copied entries are whole.
+    /// Checks whether what stands after the copied entries proves the header of a bank written, and no erasure begun since.
+    /// One entry alone may be marginal: in a boot that did not read it, half of the bank may have been erased. A cleared part
+    /// may be of an erasure. So they prove nothing unless the copied entries are whole.
     #[inline(never)]
     fn is_proven(&mut self, bank: &Bank) -> Seen<bool, F> {
         if self.free.is_some() {
             return Ok(true);
         }
-        let (mut entry, mut appended) = (Entry::blank(), 0);
+        let (mut entry, mut appended, mut marked) = (Entry::blank(), 0, false);
         for slot in bank.header.copied..self.end(bank)? {
-            appended += u32::from(self.fetch(bank, slot, &mut entry)?);
+            if self.fetch(bank, slot, &mut entry)? {
+                appended += 1;
+            } else {
+                marked |= entry.is_marked();
+            }
             if appended == 2 {
                 return Ok(true);
             }
         }
-        Ok(appended == 1 && self.holds_copied(bank)?)
+        Ok((appended == 1 || marked) && self.holds_copied(bank)?)
     }
 
     /// Checks whether the entries that were copied to a bank are as they were then.

@@ -9,6 +9,9 @@ use crate::record::{DRIFT_ENCODED, MAGNETOMETER, MAX_ENCODED, is_sensor, sensor_
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
 
+/// Bytes that may be written at once; a part of a slot of that size is cleared where it is not to be written any more.
+pub const PART: usize = 32;
+
 /// Byte of erased flash.
 pub const ERASED: u8 = 0xFF;
 
@@ -175,6 +178,11 @@ impl Entry {
     /// Checks that nothing was written here.
     pub fn is_blank(&self) -> bool {
         self.0.as_chunks().0.iter().all(|word| *word == [ERASED; 4])
+    }
+
+    /// Checks whether a part of the slot was cleared.
+    pub fn is_marked(&self) -> bool {
+        self.0.as_chunks().0.contains(&[0; PART])
     }
 
     /// Checks that the entry is as it was written.

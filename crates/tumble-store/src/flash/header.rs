@@ -1,10 +1,10 @@
 //! Header of a bank, which is written after the entries that it speaks for.
 
 use crate::checksum::{CHECKSUM, checksum, sign};
-use crate::flash::entry::ERASED;
+use crate::flash::entry::{ERASED, PART};
 
-/// Bytes of one copy of a header. All sizes in flash are multiples of it, so flash may be written up to that many at once.
-pub const COPY: u32 = 32;
+/// Bytes of one copy of a header. All sizes in flash are multiples of it.
+pub const COPY: u32 = PART as u32;
 
 /// Two copies, so that no single bit that changes takes a bank out of use, and no single word that dies.
 pub const HEADER: u32 = 2 * COPY;
