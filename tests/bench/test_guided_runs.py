@@ -145,7 +145,7 @@ def test_sphere_fills_until_the_unit_is_calibrated(page, bench):
     held.wait_for()
     waited(page, lambda: int(re.search(r"\d+", held.inner_text())[0]) >= 4)
     assert differences(page, "orientations") == []
-    assert "orientations: " in page.locator(".sphere").get_attribute("aria-label").lower()
+    assert "orientations held so far: " in page.locator(".sphere").get_attribute("aria-label").lower()
     assert page.locator(".instruction").bounding_box()["height"] >= 24.0
     assert not violations(page)
     assert verdict(page) in ("Passed", "Look at it")

@@ -104,7 +104,8 @@ def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
     waited(page, lambda: gone_on(page), 300.0)
     assert page.locator(".verdict-word").inner_text() == "Failed"
     assert page.locator(".verdict").bounding_box()["height"] > 300.0
-    assert page.locator(".unit-tile.bad .unit-name").all_inner_texts() == ["target_4"]
+    bad = page.locator(".unit-tile.bad")
+    assert bad.locator(".unit-name").all_inner_texts() == ["target_4"], bad.all_inner_texts()
     assert page.locator(".unit-tile").count() == 5
     assert "failed" in page.evaluate("benchTones")
     assert not violations(page)

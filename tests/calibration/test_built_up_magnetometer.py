@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -54,7 +55,10 @@ def test_a_new_magnetometer_replaces_its_parts_only():
 
 def test_a_magnetometer_is_limited_by_procedures_that_calibrate_it():
     limits = Limits.model_validate({"magnetometer": {"bias": 25.0}})
-    assert limits.check(made_up.target()) == ()
+    assert limits.check(SimpleNamespace(failure="", gyroscope=made_up.triad())) == ()
+    assert {check.remark for check in limits.check(made_up.target())} == {
+        "not shown to be within its limit: the magnetometer was not calibrated"
+    }
 
     class Unit:
         failure = ""

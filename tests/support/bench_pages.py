@@ -22,7 +22,7 @@ PATIENCE = 60_000.0
 """ms that a busy computer may take for what a page shows."""
 LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if SOAK else ()))
 """Widths and colours in which screens are examined."""
-QUICK = ("--speed", "5", "--rate", "50")
+QUICK = ("--speed", "4", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
 DATE = "1763769600"
