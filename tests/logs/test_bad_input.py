@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from pyarrow import feather
 
 from log_fixtures import made_up, read, refusal, same, write, write_text
 from tumble.foundation.recording import Chunk
@@ -86,7 +87,9 @@ def test_names_without_samples_are_reported(tmp_path):
         {name: pa.array([], pa.float64()) for name in ["time", "ax", "ay", "az", "gx", "gy", "gz"]}
     )
     pq.write_table(empty, tmp_path / "log.parquet")
-    assert "holds no samples" in refusal(tmp_path / "log.parquet")
+    feather.write_feather(empty, tmp_path / "log.feather")
+    for name in ("log.parquet", "log.feather"):
+        assert "holds no samples" in refusal(tmp_path / name)
 
 
 def test_missing_columns_are_named_and_those_found_listed(tmp_path):

@@ -43,6 +43,12 @@ def imu_in(
         for batch in batches(columns.names):
             yield transform(samples_of(_leaves(path, batch, columns.names), columns))
 
+    def head() -> RawSamples:
+        found = next(read(lambda samples: samples), None)
+        if found is None:
+            raise LogError(f"{path}: names columns, but holds no samples")
+        return found
+
     def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
         leaves = [_leaves(path, batch, names) for batch in batches(names)]
         return {name: np.concatenate([np.empty(0), *(each[name] for each in leaves)]) for name in names}
@@ -52,7 +58,7 @@ def imu_in(
         imu=name,
         format=format_,
         read=read,
-        head=lambda: next(read(lambda samples: samples)),
+        head=head,
         locate=lambda sample: f"row {sample + 1}",
         accelerometer_unit=columns.accelerometer_unit,
         gyroscope_unit=columns.gyroscope_unit,

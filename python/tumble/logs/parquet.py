@@ -37,8 +37,6 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """
     with opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
-    if rows == 0:
-        raise LogError(f"{path}: names columns, but holds no samples")
     found = imu_in(path, schema, imu, options, "parquet", partial(_batches, path))
     facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
     return replace(
