@@ -229,6 +229,7 @@ def _read_messages(path: Path, kind: str) -> object:
     log, count = mavutil.mavlink_connection(str(path)), 0
     while log.recv_match(type=kind) is not None:
         count += 1
+    log.close()
     return count
 
 

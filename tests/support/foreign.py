@@ -39,6 +39,7 @@ def pymavlink(path, row):
     while (message := log.recv_match(type=["IMU"])) is not None:
         if getattr(message, "I", 0) == 0:
             rows.append([getattr(message, name) for name in ("AccX", "AccY", "AccZ", "GyrX", "GyrY", "GyrZ")])
+    log.close()
     return np.array(rows)
 
 
@@ -49,6 +50,7 @@ def mavutil(path, row):
     while (message := log.recv_match(type=row["imu"])) is not None:
         names = ("xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro")
         rows.append([message.time_usec, *(1e-3 * getattr(message, name) for name in names)])
+    log.close()
     rows = np.array(rows)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return rows[:, 1:] * [G, G, G, 1.0, 1.0, 1.0]

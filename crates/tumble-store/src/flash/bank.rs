@@ -151,22 +151,21 @@ impl<F: NorFlash> Banks<F> {
                 return Ok(true);
             }
         }
-        Ok((appended == 1 || marked) && self.holds_copied(bank)?)
+        Ok((appended == 1 || marked) && self.holds_copied(bank, &mut entry)?)
     }
 
-    /// Checks whether the entries that were copied to a bank are as they were then.
-    fn holds_copied(&mut self, bank: &Bank) -> Seen<bool, F> {
+    /// Checks whether the entries that were copied to a bank are as they were then; each is read to `entry`.
+    fn holds_copied(&mut self, bank: &Bank, entry: &mut Entry) -> Seen<bool, F> {
         let mut content = NO_CONTENT;
         for slot in 0..bank.header.copied.min(self.slots()) {
-            content = with_entry(content, self.signature(bank, slot)?);
+            content = with_entry(content, self.signature(bank, slot, entry)?);
         }
         Ok(content == bank.header.content)
     }
 
-    /// Signature of the entry in a slot, or of none.
-    fn signature(&mut self, bank: &Bank, slot: u32) -> Seen<[u8; CHECKSUM], F> {
-        let mut entry = Entry::blank();
-        let is_whole = self.fetch(bank, slot, &mut entry)?;
+    /// Signature of the entry in a slot, which is read to `entry`, or of none.
+    fn signature(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<[u8; CHECKSUM], F> {
+        let is_whole = self.fetch(bank, slot, entry)?;
         Ok(if is_whole { entry.signature() } else { NO_ENTRY })
     }
 
@@ -373,12 +372,12 @@ impl<F: NorFlash> Banks<F> {
             header: from.header,
         };
         let taken = self.write_from(Free { bank, slot: *next }, &entry)?;
-        let taken = taken.ok_or(StoreError::NotAsWritten)?;
+        let (taken, signature) = (taken.ok_or(StoreError::NotAsWritten)?, entry.signature());
         for passed in *next..taken {
             // A slot with a bit that is stuck reads as whole, as it is corrected.
-            *content = with_entry(*content, self.signature(&bank, passed)?);
+            *content = with_entry(*content, self.signature(&bank, passed, &mut entry)?);
         }
-        *content = with_entry(*content, entry.signature());
+        *content = with_entry(*content, signature);
         *next = taken + 1;
         Ok(())
     }
