@@ -97,7 +97,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
         }
     }
 
-    /// Completed windows, counted modulo [`KEPT`].
+    /// Completed windows, counted modulo the number that is kept.
     pub fn completed(&self) -> usize {
         self.completed.into()
     }
