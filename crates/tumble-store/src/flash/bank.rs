@@ -134,7 +134,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// Checks whether what stands after the copied entries proves the header of a bank written, and no erasure begun since.
     /// One entry alone may be marginal: in a boot that did not read it, half of the bank may have been erased. A cleared part
-    /// may be of an erasure. So they prove nothing unless the copied entries are whole.
+    /// may be of an erasure. So they prove nothing unless the copied entries are whole, of which there are some for a part.
     #[inline(never)]
     fn is_proven(&mut self, bank: &Bank) -> Seen<bool, F> {
         if self.free.is_some() {
@@ -151,7 +151,8 @@ impl<F: NorFlash> Banks<F> {
                 return Ok(true);
             }
         }
-        Ok((appended == 1 || marked) && self.holds_copied(bank, &mut entry)?)
+        let may_be_proof = appended == 1 || (marked && bank.header.copied > 0);
+        Ok(may_be_proof && self.holds_copied(bank, &mut entry)?)
     }
 
     /// Checks whether the entries that were copied to a bank are as they were then; each is read to `entry`.
