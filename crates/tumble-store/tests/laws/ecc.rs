@@ -7,7 +7,7 @@ use tumble_store::flash::{RecordStore, StoreError};
 
 use crate::common::ecc::{Bus, Defect, Ecc};
 use crate::common::history::{Model, TRIADS, UNLIMITED, Update, drawn, make, numbered, numbered_of, open};
-use crate::common::simulated::{Cuttable, Fault, PAGE};
+use crate::common::simulated::{Cut, Cuttable, Fault, Operation, PAGE, Remains};
 use crate::marginal::losses;
 
 #[test]
@@ -32,6 +32,30 @@ fn long_sequences_of_cuts_in_flash_with_ecc_lose_nothing() {
         losses::<Ecc<32>>(5_000, 20, 84),
     ];
     assert_eq!(lost, [0; 4]);
+}
+
+#[test]
+fn what_a_cut_first_erasure_leaves_proves_no_bank() {
+    let save = |number| Update::Save(numbered_of(1, TRIADS[2], number));
+    let cut_in = |mut flash: Ecc<32>, number, after, remains| {
+        flash.cut_in(Some(Cut { after, remains }));
+        let mut store = open(flash);
+        assert!(make(&save(number), &mut store).is_err());
+        store.into_flash().back()
+    };
+    let mut erasures = 0;
+    for seed in 0..2000 {
+        // In the header of the first bank, which is read in some boots.
+        let flash = cut_in(Ecc::seeded(2, seed), 1, 1, Remains::MarginalAfter(0));
+        let mut trial = open(flash.clone());
+        make(&save(2), &mut trial).unwrap();
+        if trial.into_flash().operations()[0] == Operation::Erase {
+            erasures += 1;
+            let flash = cut_in(flash, 2, 0, Remains::Marginal);
+            assert_eq!(make(&save(3), &mut open(flash)), Ok(()), "seed {seed}");
+        }
+    }
+    assert!(erasures > 100, "{erasures} erasures");
 }
 
 /// A defect somewhere in a flash: of a word, and which.
