@@ -6,6 +6,8 @@ import numpy as np
 
 from tumble.foundation.recording import FloatArray
 
+NO_MAGNETOMETER = "none"
+"""Setting `magnetometer=` of an address by which that beside an IMU is not read."""
 APART = 1.0
 """s between a reading and the newest sample beyond which their stamps are of two clocks."""
 

@@ -16,7 +16,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, CalibratedTriad, Triad
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
-from tumble.live.field_pairing import FieldPairing
+from tumble.live.field_pairing import NO_MAGNETOMETER, FieldPairing
 from tumble.live.iio_device import CHANNELS, TEMPERATURE, TIMESTAMP, IioDevice, find_devices
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
@@ -25,8 +25,6 @@ from tumble.logs.track import RawSamples, StatedUnit
 
 MOST_WAITING = 10_000
 """Samples of one of two devices that may wait for the other."""
-NO_MAGNETOMETER = "none"
-"""Setting by which the magnetometer of a device is not captured."""
 _STATED = "IIO"
 _NANOSECOND = 1e-9
 

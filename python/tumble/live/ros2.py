@@ -19,7 +19,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
-from tumble.live.field_pairing import FieldPairing
+from tumble.live.field_pairing import NO_MAGNETOMETER, FieldPairing
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.ros2_domain import BEST_EFFORT, MOST_WAITING, QOS, Domain, Sender
 from tumble.live.ros2_names import FIELD_TYPE
@@ -29,8 +29,6 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 
 _STATED, _STATED_FIELD = "sensor_msgs/Imu", "sensor_msgs/MagneticField"
-NO_MAGNETOMETER = "none"
-"""Setting by which a magnetometer beside the IMU is not read."""
 ANNOUNCED_TOGETHER = 0.1
 """s within which the topics of one driver are announced."""
 

@@ -14,7 +14,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.error_decomposition import factors, mounting_angles
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import Parameter, TriadResult
+from tumble.foundation.results import Parameter, Rest, TriadResult
 from tumble.foundation.words import count_of, join
 from tumble.poses.triads import parameter, triad_result
 from tumble.procedures.turntable.reference_uncertainty import of_calibration
@@ -52,6 +52,7 @@ class ReferenceMagnetometer:
     """The magnetometer of the reference, corrected by its calibration where there is one."""
 
     track: MagneticTrack
+    rests: tuple[Rest, ...]
     calibrated: bool
     uncertainty: FloatArray | None
     """(12, 12) covariance of its [E row by row, e]; None where nobody states it."""
@@ -64,7 +65,8 @@ class ReferenceMagnetometer:
         track = recording.magnetic if known is None else corrected_magnetometer(known, recording)
         if track is None:
             return None
-        return cls(track, known is not None, of_calibration(known, "magnetometer"))
+        rests = rests_of(unit.acquired, triads=unit.triads)
+        return cls(track, rests, known is not None, of_calibration(known, "magnetometer"))
 
     @property
     def source(self) -> str:
@@ -82,7 +84,6 @@ class TargetMagnetometer:
 
 
 def calibrated_magnetometer(
-    reference: Imu,
     known: ReferenceMagnetometer | None,
     unit: Imu,
     figures: _core.TargetFigures,
@@ -96,7 +97,7 @@ def calibrated_magnetometer(
     if known is None:
         return _none("the log of the reference has none")
     try:
-        found = _fit(reference, known, unit, track, figures)
+        found = _fit(known, unit, track, figures)
     except _core.CoreError as error:
         return _none(_reason(*error.args))
     triad = triad_result(
@@ -115,13 +116,12 @@ def calibrated_magnetometer(
 
 
 def _fit(
-    reference: Imu,
     known: ReferenceMagnetometer,
     unit: Imu,
     track: MagneticTrack,
     figures: _core.TargetFigures,
 ) -> _core.TargetMagnetometerFigures:
-    seen, felt = (rests_of(each.acquired, triads=each.triads) for each in (reference, unit))
+    seen, felt = known.rests, rests_of(unit.acquired, triads=unit.triads)
     spans = [
         (rest, (seen[rest].start, seen[rest].end), (felt[first].start, felt[last].end))
         for rest, first, last in figures["pairs"]

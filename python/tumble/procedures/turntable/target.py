@@ -184,9 +184,7 @@ class TargetProcedure:
             missing_samples=unit.acquired.missing,
             log=unit.log,
         )
-        magnetic = calibrated_magnetometer(
-            self.reference, self.magnetometer, unit, figures, result.accelerometer, names
-        )
+        magnetic = calibrated_magnetometer(self.magnetometer, unit, figures, result.accelerometer, names)
         result = replace(result, magnetometer=magnetic.triad, field=magnetic.field)
         return replace(
             result,
