@@ -82,7 +82,7 @@ def test_without_a_thermometer_the_range_of_the_certificate_counts():
 def test_a_file_reads_as_its_schema_says(tmp_path):
     path = certified.written(tmp_path / "reference.yaml")
     jsonschema.validate(yaml.safe_load(path.read_text()), SCHEMA)
-    found = read_reference_certificate(path)
+    found = read_reference_certificate(path).certificate
     assert found.calibration() == certified.certificate().calibration()
 
 

@@ -173,7 +173,7 @@ def test_files_shown_in_the_turntable_how_to_keep_to_their_schemas(tmp_path):
     assert len(PoseFile.model_validate(yaml.safe_load(poses)).poses) == 4
     reference = tmp_path / "reference.yaml"
     reference.write_text(certificate)
-    assert read_reference_certificate(reference).triads().keys() == {"accelerometer", "gyroscope"}
+    assert read_reference_certificate(reference).certificate.triads().keys() == {"accelerometer", "gyroscope"}
     file = tmp_path / "limits.yaml"
     file.write_text(limits)
     assert Limits.load(file).accelerometer.scale.x == 0.02

@@ -11,10 +11,13 @@ import certified_references
 from made_up_certificates import certificate
 from tumble import Calibration
 from tumble.calibration.reference_certificate import ReferenceCertificate, read_reference_certificate
+from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.results import TriadName
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.model import Item, SensorModel
 from tumble.laboratory.certificate.pdf import pdf_of
+from tumble.laboratory.certificate.signature import sign
+from tumble.laboratory.certificate.signing_key import load_key, make_key
 from tumble.tools.simulate import write_turntable
 from turntable_sessions import simulate, typed
 
@@ -54,7 +57,7 @@ def test_targets_get_the_same_numbers_from_xml_pdf_and_yaml(issued, tmp_path, mo
     write_turntable(simulate(7, grades=("industrial",)), tmp_path / "session")
     xml, pdf = written(issued, tmp_path)
     yaml = tmp_path / "reference.yaml"
-    content = json.loads(read_reference_certificate(xml).model_dump_json(by_alias=True))
+    content = json.loads(read_reference_certificate(xml).certificate.model_dump_json(by_alias=True))
     certified_references.written(yaml, **content)
     found = {}
     for path in (xml, pdf, yaml):
@@ -75,6 +78,56 @@ def test_targets_get_the_same_numbers_from_xml_pdf_and_yaml(issued, tmp_path, mo
     assert (stated.number, stated.laboratory, stated.serial) == ("IMU-2026-0007", "plain", "SIM-7-0")
 
 
+def signed_by(issued, folder, name):
+    """The certificate as XML and as PDF, and the public file of the laboratory that signed both."""
+    public = make_key(folder / f"{name}.pem", name)
+    key = load_key(folder / f"{name}.pem")
+    xml = sign(dcc_of(issued), key)
+    for ending, content in (("xml", xml), ("pdf", sign(pdf_of(issued, xml), key))):
+        (folder / f"{name}.{ending}").write_bytes(content)
+    return folder / f"{name}.xml", folder / f"{name}.pdf", public
+
+
+def test_the_signature_of_a_reference_is_verified_and_named(issued, tmp_path):
+    *files, public = signed_by(issued, tmp_path, "ours")
+    *others, _ = signed_by(issued, tmp_path, "theirs")
+    for path, other in zip(files, others, strict=True):
+        assert read_reference_certificate(path, public).signature == "unchanged since ours signed it"
+        assert "since ours signed it; no --reference-signer" in read_reference_certificate(path).signature
+        with pytest.raises(CalibrationFileError, match="names theirs as signer, none of those given"):
+            read_reference_certificate(other, public)
+    for path in written(issued, tmp_path):
+        assert read_reference_certificate(path).signature == "is not signed"
+        with pytest.raises(CalibrationFileError, match="is not signed; give the file as"):
+            read_reference_certificate(path, public)
+    with pytest.raises(CalibrationFileError, match="is YAML, which bears no signature"):
+        read_reference_certificate(certified_references.written(tmp_path / "reference.yaml"), public)
+
+
+def test_a_reference_changed_since_it_was_signed_is_refused(issued, tmp_path):
+    xml, pdf, public = signed_by(issued, tmp_path, "ours")
+    for path, part in ((xml, b"<dcc:value>SIM-7-0"), (pdf, b"/Lang")):
+        content = path.read_bytes()
+        path.write_bytes(content.replace(part, part[:-1] + b"9"))
+        assert path.read_bytes() != content
+        for signer in (public, None):
+            with pytest.raises(CalibrationFileError, match=rf"^{path}: .*; give the file as"):
+                read_reference_certificate(path, signer)
+
+
+def test_a_run_says_whether_a_signature_was_verified(issued, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(7, grades=("industrial",)), tmp_path / "session")
+    xml, _, public = signed_by(issued, tmp_path, "ours")
+    (tmp_path / "tumble.toml").write_text(f'reference_signer = "{public.name}"\n')
+    words = ("turntable", "session/reference.csv", "session/target_1.csv", "--gravity", "9.80665")
+    done = typed(*words, "--reference-certificate", xml, "-o", "results")
+    sentence = "unchanged since ours signed it"
+    assert f"certificate IMU-2026-0007 of the reference: {sentence}\n" in done.err
+    assert Calibration.load("results/target_1.yaml").reference.certificate.signature == sentence
+    assert sentence in (tmp_path / "results" / "target_1.html").read_text()
+
+
 def test_a_certificate_of_another_unit_is_refused(issued, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_turntable(simulate(8, grades=("industrial",)), tmp_path / "session")
@@ -88,7 +141,7 @@ def test_a_certificate_of_another_unit_is_refused(issued, tmp_path, monkeypatch)
 def test_the_calibration_of_a_read_reference_is_that_certified(issued, tmp_path):
     stated = certified_references.certificate().calibration()
     for path in written(issued, tmp_path):
-        read = read_reference_certificate(path)
+        read = read_reference_certificate(path).certificate
         assert isinstance(read, ReferenceCertificate)
         for triad in TRIADS:
             first, second = getattr(stated, triad), getattr(read.calibration(), triad)

@@ -9,13 +9,15 @@ import stat
 import pikepdf
 import pytest
 from cryptography.hazmat.primitives import serialization
+from lxml import etree
 
 from made_up_certificates import certificate
 from repetitions import repetitions
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.dcc_reader import read_dcc
 from tumble.laboratory.certificate.pdf import pdf_of
-from tumble.laboratory.certificate.signature import Signed, attached_xml, sign, verify
+from tumble.laboratory.certificate.signature import attached_xml, sign, verify
 from tumble.laboratory.certificate.signing_key import load_key, load_signer, make_key
 
 NAME = "Inertial laboratory"
@@ -45,9 +47,18 @@ def flipped(content, place, bit):
 
 def test_verify_names_the_signer_of_both_files(files, laboratory):
     for content in files:
-        assert verify(content, [laboratory[1]]) == Signed(NAME, "")
+        found = verify(content, [laboratory[1]])
+        assert (found.signer, found.fault) == (NAME, "")
+        assert read_dcc(found.xml) == read_dcc(files[0])
         assert sign(content, laboratory[0]) == content
     assert attached_xml(files[1]) == files[0]
+
+
+def test_readers_get_the_bytes_that_were_verified(files, laboratory):
+    unsigned = dcc_of(certificate(("en",))).partition(b"?>\n")[2]
+    found = verify(files[0], [laboratory[1]])
+    assert found.xml == etree.tostring(etree.fromstring(unsigned), method="c14n", exclusive=True)
+    assert verify(files[0].replace(b"IMU-2026-0007", b"IMU-2026-0008"), [laboratory[1]]).xml == b""
 
 
 def test_a_signed_pdf_stays_pdf_a(files):

@@ -57,7 +57,7 @@ def test_a_reference_reads_back_the_same_numbers(tmp_path, ending):
     xml = dcc_of(issued)
     path = tmp_path / f"reference.{ending}"
     path.write_bytes(xml if ending == "xml" else pdf_of(issued, xml))
-    values = read_reference_certificate(path)
+    values = read_reference_certificate(path).certificate
     assert (values.number, values.date, values.reference.serial) == ("IMU-2026-0007", "2026-11-26", "plain")
     assert (values.temperature.low, values.temperature.high) == (24.5, 25.5)
     triad = values.accelerometer

@@ -374,6 +374,8 @@ class CertificateOfReference(Document):
     """Name of the file, without folders."""
     sha256: str
     """SHA-256 of the bytes of that file."""
+    signature: str = ""
+    """Outcome of the verification of its signature; empty where none was tried."""
 
 
 class Reference(Document):

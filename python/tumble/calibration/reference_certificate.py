@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from datetime import date
 from importlib import import_module
 from pathlib import Path
@@ -344,15 +345,35 @@ class ReferenceCertificate(Document):
         return max(abs(low - middle), abs(high - middle))
 
 
-def read_reference_certificate(path: Path | str) -> ReferenceCertificate:
+@dataclass(frozen=True, slots=True)
+class SignedReference:
+    """Certificate of a reference as it was read, and the state of its signature."""
+
+    certificate: ReferenceCertificate
+    signature: str = "is not signed"
+    """Outcome of the verification: `is not signed`, or since when it is unchanged."""
+
+
+def read_reference_certificate(path: Path | str, signer: Path | None = None) -> SignedReference:
     """Reads the certificate of a reference, of whatever kind its file is.
 
-    Raises `CalibrationFileError`, in one line, where the file is none of a known kind or does not hold one.
+    With `signer`, the public file (PEM) of a laboratory, that must have signed it. Raises
+    `CalibrationFileError`, in one line, where the file is none of a known kind, does not hold one, or was
+    changed since it was signed.
     """
-    return READERS[_kind_of(Path(path))](path)
+    return READERS[_kind_of(Path(path))](path, signer)
 
 
-def _of_laboratory(path: Path | str) -> ReferenceCertificate:
+def _of_user(path: Path | str, signer: Path | None) -> SignedReference:
+    """Reads a certificate in YAML, which nobody can sign."""
+    if signer is not None:
+        raise CalibrationFileError(
+            f"{path}: is YAML, which bears no signature; give the XML or PDF, or leave out --reference-signer"
+        )
+    return SignedReference(ReferenceCertificate.load(path))
+
+
+def _of_laboratory(path: Path | str, signer: Path | None) -> SignedReference:
     """Reads a certificate as `tumble certificate` issues them, by a room above this one."""
     try:
         reader = import_module("tumble.laboratory.certificate.reference")
@@ -361,12 +382,12 @@ def _of_laboratory(path: Path | str) -> ReferenceCertificate:
             f"{path}: needs the Python package {error.name} to be read; type: python -m pip install "
             "'tumble-imu[laboratory]'"
         ) from error
-    found: ReferenceCertificate = reader.read_certificate_of_reference(path)
+    found: SignedReference = reader.read_certificate_of_reference(path, signer)
     return found
 
 
-READERS: Mapping[str, Callable[[Path | str], ReferenceCertificate]] = {
-    "yaml": ReferenceCertificate.load,
+READERS: Mapping[str, Callable[[Path | str, Path | None], SignedReference]] = {
+    "yaml": _of_user,
     "xml": _of_laboratory,
     "pdf": _of_laboratory,
 }

@@ -126,7 +126,7 @@ COMMANDS = {
 _WITHOUT_SETTINGS = ("doctor", "schema", "formats", "--version", "--install-completion")
 _SETTINGS_OF_A_PROCEDURE = (
     *("operator", "station", "registry", "limits"),
-    *("reference_certificate", "reference_model", "decision"),
+    *("reference_certificate", "reference_signer", "reference_model", "decision"),
 )
 _SETTINGS_OF_THE_REGISTRY = ("operator", "laboratory", "registry", "limits")
 _SUBCOMMANDS = (*("init", "list", "show", "history", "due", "equipment", "export", "verify", "backup"),)

@@ -31,6 +31,7 @@ KEYS: Mapping[str, str] = {
     "station": "where that is done",
     "registry": "file or URL of the registry of calibrations",
     "reference_certificate": "certificate of the reference: YAML, or XML or PDF of tumble certificate",
+    "reference_signer": "public file (.crt) of the laboratory that signs certificates of references",
     "reference_model": "model of the reference, which its certificate has to be of",
     "limits": "limits file against which targets are checked",
     "decision": "decision rule where the limits file states none: simple, guarded or guarded:GUARD",
@@ -50,7 +51,10 @@ KEYS: Mapping[str, str] = {
     "signing_key": "key of the laboratory that signs certificates",
 }
 """Settings and their meaning; `TUMBLE_` and the name in capitals is the variable of the environment."""
-PLACES = ("registry", "limits", "reference_certificate", "logo", "template", "signing_key")
+PLACES = (
+    *("registry", "limits", "reference_certificate", "reference_signer", "logo", "template"),
+    "signing_key",
+)
 """Settings that name a file: relative to the folder of the file they stand in."""
 LANGUAGES = ("en", "en,zh")
 

@@ -30,6 +30,8 @@ from tumble.laboratory.certificate.si_units import D_SI, ONE, unit_of_product
 
 DCC = "https://ptb.de/dcc"
 SI = "https://ptb.de/si"
+NAMESPACES = {"dcc": DCC, "si": SI}
+"""Namespaces by prefix, all declared at the root."""
 VERSION = "3.2.1"
 DECLARATION = b'<?xml version="1.0" encoding="UTF-8"?>\n'
 PROBABILITY = "0.95"
@@ -71,7 +73,7 @@ class _Writer:
         root = etree.Element(
             f"{{{DCC}}}digitalCalibrationCertificate",
             {"schemaVersion": VERSION},
-            nsmap={"dcc": DCC, "si": SI},
+            nsmap=NAMESPACES,
         )
         self._administration(_add(root, "administrativeData"))
         results = _add(root, "measurementResults")

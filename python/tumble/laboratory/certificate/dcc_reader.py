@@ -31,6 +31,8 @@ from tumble.laboratory.certificate.si_units import FROM_D_SI
 LARGEST = 16 << 20
 """Bytes."""
 _SPACES = {"dcc": DCC, "si": SI}
+_BLANKS = " \t\r\n"
+"""White space of XML."""
 _REMEDY = "give the XML of a certificate that Tumble wrote"
 
 
@@ -40,22 +42,44 @@ def read_dcc(content: bytes, about: str = "certificate") -> Certificate:
     try:
         return _certificate(root)
     except _MissingPartError as error:
-        raise CalibrationFileError(f"{about}: {error}; {_REMEDY}") from error
+        raise CalibrationFileError(f"{error}; {_REMEDY}", about=about) from error
     except ValidationError as error:
-        raise CalibrationFileError(f"{about}: {mistake_in(error, Certificate)}; {_REMEDY}") from error
+        raise CalibrationFileError(f"{mistake_in(error, Certificate)}; {_REMEDY}", about=about) from error
 
 
 def parse_xml(content: bytes, about: str) -> XmlElement:
-    """Return the root of a certificate; no entity is resolved and nothing is fetched."""
+    """Return the root of a certificate: elements, attributes and text alone, as canonical XML keeps them.
+
+    No entity is resolved and nothing is fetched. Raises `CalibrationFileError` in one line where the file
+    holds anything else: a signature does not cover a comment, and a reader would take the text before it.
+    """
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
     try:
         root = etree.fromstring(content, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise CalibrationFileError(f"{about}: is no XML: {reason}; {_REMEDY}") from error
+        raise CalibrationFileError(f"is no XML: {reason}; {_REMEDY}", about=about) from error
     if root.tag != f"{{{DCC}}}digitalCalibrationCertificate" or root.getroottree().docinfo.doctype:
-        raise CalibrationFileError(f"{about}: is no Digital Calibration Certificate; {_REMEDY}")
+        raise CalibrationFileError(f"is no Digital Calibration Certificate; {_REMEDY}", about=about)
+    stray = next(_strays(root), None)
+    if stray is not None:
+        raise CalibrationFileError(f"{stray}, which no certificate has; {_REMEDY}", about=about)
     return root
+
+
+def _strays(root: XmlElement) -> Iterator[str]:
+    """Describe parts of a document that are neither elements nor their text."""
+    for node in (*root.itersiblings(preceding=True), *root.iter(), *root.itersiblings()):
+        if not isinstance(node.tag, str):
+            yield f"line {node.sourceline}: holds a comment, an instruction or an entity"
+    for node in root.iter():
+        beside = node.tail if node is not root else None
+        if (len(node) and _is_text(node.text)) or _is_text(beside):
+            yield f"line {node.sourceline}: holds text between elements"
+
+
+def _is_text(text: str | None) -> bool:
+    return bool(text and text.strip(_BLANKS))
 
 
 class _MissingPartError(Exception):

@@ -7,20 +7,36 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from tumble.calibration.reference_certificate import CertifiedTriad, ReferenceCertificate
+from tumble.calibration.reference_certificate import CertifiedTriad, ReferenceCertificate, SignedReference
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
 from tumble.foundation.files import note_input
 from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
 from tumble.laboratory.certificate.model import CalibratedItem, Certificate
+from tumble.laboratory.certificate.signature import NOT_SIGNED, attached_xml, verify
+from tumble.laboratory.certificate.signing_key import load_signer
+
+_BY_ITS_OWN_WORD = "no --reference-signer FILE was given, which proves who that is"
 
 
-def read_certificate_of_reference(path: Path | str) -> ReferenceCertificate:
+def read_certificate_of_reference(path: Path | str, signer: Path | None = None) -> SignedReference:
     """Read M, b and their covariance, with identity and dates; raises `CalibrationFileError` in one line.
 
-    Where a certificate holds the unit as found and as left, that as left counts.
+    Where a certificate holds the unit as found and as left, that as left counts. A signature is verified, and
+    what it covers is read; with `signer`, the public file of a laboratory, it must have signed.
     """
-    return reference_of(read_dcc(_xml(Path(path)), about=str(path)), str(path))
+    content = _content(Path(path))
+    known = None if signer is None else [load_signer(signer)]
+    signed = verify(content, known)
+    if signed.fault == NOT_SIGNED and not known:
+        return SignedReference(reference_of(read_dcc(_xml(content, path), str(path)), str(path)), NOT_SIGNED)
+    if signed.fault:
+        _xml(content, path)  # what is no certificate at all is named first
+        raise CalibrationFileError(
+            f"{signed.fault}; give the file as the laboratory handed it out", about=str(path)
+        )
+    stated = reference_of(read_dcc(signed.xml, str(path)), str(path))
+    return SignedReference(stated, signed.sentence if known else f"{signed.sentence}; {_BY_ITS_OWN_WORD}")
 
 
 def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
@@ -61,22 +77,23 @@ def _triads(calibrated: CalibratedItem) -> dict[str, CertifiedTriad]:
     }
 
 
-def _xml(path: Path) -> bytes:
-    """Return the XML in a file, which may be a PDF; raises `CalibrationFileError`."""
+def _content(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST:
             raise CalibrationFileError(f"{path}: is larger than {LARGEST >> 20} MiB; give a certificate")
         note_input(path)
-        content = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise CalibrationFileError(
             f"{path}: cannot be read: {error.strerror or error}; check the path"
         ) from error
+
+
+def _xml(content: bytes, path: Path | str) -> bytes:
+    """Return the XML in a file, which may be a PDF; raises `CalibrationFileError`."""
     if not content.startswith(b"%PDF"):
         return content
-    from tumble.laboratory.certificate.signature import attached_xml
-
     try:
         return attached_xml(content)
     except TumbleError as error:
-        raise CalibrationFileError(f"{path}: {error}; give a certificate of Tumble") from error
+        raise CalibrationFileError(f"{error}; give a certificate of Tumble", about=str(path)) from error

@@ -1,7 +1,8 @@
 """Signatures of both renderings by the laboratory's key: XML Signature, and PAdES for the PDF.
 
-Both standards leave some bytes unsigned, such as the layout of XML and the frame of a signature. Verification
-therefore compares those with what signing writes, so that one flipped bit anywhere is found.
+Both standards leave some bytes unsigned: comments and the layout of XML, and the frame of a signature. A file
+is therefore a function of what was signed, the value of the signature and the signer. Verification writes it
+again and compares the bytes, so that no edit passes; readers are given what was verified, and never the file.
 """
 
 from __future__ import annotations
@@ -19,10 +20,12 @@ from cryptography.hazmat.primitives import serialization
 from lxml import etree
 
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory.certificate.dcc import XmlElement, serialized
+from tumble.laboratory.certificate.dcc import NAMESPACES, XmlElement, serialized
 from tumble.laboratory.certificate.dcc_reader import parse_xml
 from tumble.laboratory.certificate.signing_key import SigningKey, name_of
 
+NOT_SIGNED = "is not signed"
+"""Fault of a file without a signature."""
 DS = "http://www.w3.org/2000/09/xmldsig#"
 _EXCLUSIVE = "http://www.w3.org/2001/10/xml-exc-c14n#"
 _DIGEST, _METHOD = "sha256", "ecdsa-sha256"
@@ -39,6 +42,13 @@ class Signed:
     """Name in the certificate of whoever signed; empty where nobody did, or it cannot be read."""
     fault: str
     """Reason why the file is not what that signer signed; empty where it is."""
+    xml: bytes = b""
+    """XML of the certificate as it was signed: the only bytes to read; empty where there is a fault."""
+
+    @property
+    def sentence(self) -> str:
+        """Describe the outcome."""
+        return self.fault or f"unchanged since {self.signer} signed it"
 
 
 def sign(content: bytes, key: SigningKey) -> bytes:
@@ -46,15 +56,23 @@ def sign(content: bytes, key: SigningKey) -> bytes:
     return _sign_pdf(content, key) if content.startswith(_PDF) else _sign_xml(content, key)
 
 
-def verify(content: bytes, signers: Sequence[x509.Certificate]) -> Signed:
-    """Return who of `signers` signed a certificate, PDF or XML, and whether it is unchanged since."""
+def verify(content: bytes, signers: Sequence[x509.Certificate] | None) -> Signed:
+    """Return who of `signers` signed a certificate, PDF or XML, and whether it is unchanged since.
+
+    Without `signers` the one counts that the file names: it is then as somebody signed it, in whatever name.
+    """
     try:
-        found = _verify_pdf(content, signers) if content.startswith(_PDF) else _verify_xml(content, signers)
+        if content.startswith(_PDF):
+            signer, xml = _verify_pdf(content, signers), attached_xml(content)
+        else:
+            signer, xml = _verify_xml(content, signers)
     except _NotIntactError as error:
         return Signed("", str(error))
+    except TumbleError as error:
+        return Signed("", error.why)
     except Exception as error:  # of a changed file any part of three libraries may stumble
         return Signed("", f"cannot be read as signed: {' '.join(str(error).split())[:_LARGEST_ANSWER]}")
-    return Signed(name_of(found), "")
+    return Signed(name_of(signer), "", xml)
 
 
 def attached_xml(pdf: bytes) -> bytes:
@@ -78,6 +96,19 @@ class _NotIntactError(Exception):
 
 # XML
 
+_SIGNATURE = (
+    f'<ds:Signature xmlns:ds="{DS}"><ds:SignedInfo>'
+    f'<ds:CanonicalizationMethod Algorithm="{_EXCLUSIVE}"/>'
+    '<ds:SignatureMethod Algorithm="http://www.w3.org/2001/04/xmldsig-more#ecdsa-sha256"/>'
+    f'<ds:Reference URI=""><ds:Transforms><ds:Transform Algorithm="{DS}enveloped-signature"/>'
+    f'<ds:Transform Algorithm="{_EXCLUSIVE}"/></ds:Transforms>'
+    '<ds:DigestMethod Algorithm="http://www.w3.org/2001/04/xmlenc#sha256"/>'
+    "<ds:DigestValue/></ds:Reference></ds:SignedInfo><ds:SignatureValue/>"
+    "<ds:KeyInfo><ds:X509Data><ds:X509Certificate/></ds:X509Data></ds:KeyInfo></ds:Signature>"
+)
+"""Signature as it is written; `_VALUES` stand in it."""
+_VALUES = ("DigestValue", "SignatureValue", "X509Certificate")
+
 
 def _sign_xml(content: bytes, key: SigningKey) -> bytes:
     from signxml.algorithms import SignatureConstructionMethod
@@ -93,54 +124,53 @@ def _sign_xml(content: bytes, key: SigningKey) -> bytes:
         c14n_algorithm=_EXCLUSIVE,
     )
     signed = signer.sign(root, key=key.private, cert=[key.certificate])
-    for each in signed.iter(f"{{{DS}}}SignatureValue", f"{{{DS}}}X509Certificate"):
-        each.text = _one_line(each)
-    return serialized(signed)
+    return _written(content, [_bytes_in(signed, name) for name in _VALUES])
 
 
-def _verify_xml(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+def _verify_xml(content: bytes, signers: Sequence[x509.Certificate] | None) -> tuple[x509.Certificate, bytes]:
+    """Return who of `signers` signed an XML, and what was signed."""
     from signxml.exceptions import InvalidInput, InvalidSignature
     from signxml.verifier import SignatureConfiguration, XMLVerifier
 
     root = parse_xml(content, "certificate")
-    signatures = root.findall(f".//{{{DS}}}Signature")
-    if not signatures:
-        raise _NotIntactError("is not signed")
-    if len(signatures) != 1 or signatures[0].getparent() is not root or root[-1] is not signatures[0]:
-        raise _NotIntactError("is not signed in the place where a certificate is")
-    written = list(root.iter(f"{{{DS}}}SignatureValue", f"{{{DS}}}X509Certificate"))
-    if serialized(root) != content or any(each.text != _one_line(each) for each in written):
-        raise _NotIntactError("was changed: its layout is not that of a certificate")
-    _check_frame(signatures[0])
-    embedded = x509.load_der_x509_certificate(base64.b64decode(written[-1].text or ""))
-    signer = _one_of(embedded, signers)
+    if root.find(f".//{{{DS}}}Signature") is None:
+        raise _NotIntactError(NOT_SIGNED)
     try:
-        XMLVerifier().verify(
-            content, x509_cert=signer, expect_config=SignatureConfiguration(require_x509=False)
+        values = [_bytes_in(root, name) for name in _VALUES]
+    except ValueError:
+        raise _NotIntactError("was changed: its signature is not as a laboratory writes it") from None
+    signer = _one_of(x509.load_der_x509_certificate(values[-1]), signers)
+    try:
+        found: Any = XMLVerifier().verify(
+            content, x509_cert=signer, expect_config=SignatureConfiguration(require_x509=False, location="./")
         )
     except (InvalidSignature, InvalidInput) as error:
         raise _NotIntactError("was changed since it was signed") from error
-    return signer
+    signed: bytes = found.signed_data
+    if _written(signed, values) != content:
+        raise _NotIntactError("was changed: its layout is not that of a certificate")
+    return signer, signed
 
 
-def _check_frame(signature: XmlElement) -> None:
-    """Raise where a signature has other parts than signing writes."""
-    tags = [etree.QName(each).localname for each in signature.iter(etree.Element)]
-    expected = (
-        "Signature SignedInfo CanonicalizationMethod SignatureMethod Reference Transforms Transform "
-        "Transform DigestMethod DigestValue SignatureValue KeyInfo X509Data X509Certificate"
-    )
-    unsigned = [each for each in signature.iter() if etree.QName(each).localname in _UNSIGNED]
-    if " ".join(tags) != expected or any(each.attrib or (each.tail or "").strip() for each in unsigned):
-        raise _NotIntactError("was changed: its signature has other parts than a laboratory writes")
+def _written(certificate: bytes, values: Sequence[bytes]) -> bytes:
+    """Return the file of a signed certificate: what was signed, and the values of `_VALUES`."""
+    root = parse_xml(certificate, "certificate")
+    etree.cleanup_namespaces(root, top_nsmap=NAMESPACES, keep_ns_prefixes=[*NAMESPACES])
+    signature = etree.fromstring(_SIGNATURE)
+    for name, value in zip(_VALUES, values, strict=True):
+        _part(signature, name).text = base64.b64encode(value).decode()
+    root.append(signature)
+    return serialized(root)
 
 
-_UNSIGNED = ("Signature", "SignatureValue", "KeyInfo", "X509Data", "X509Certificate")
+def _bytes_in(root: XmlElement, name: str) -> bytes:
+    """Return a value of the signature in a certificate; raises `ValueError` unless there is one of them."""
+    return base64.b64decode("".join((_part(root, name).text or "").split()), validate=True)
 
 
-def _one_line(element: XmlElement) -> str:
-    """Return Base64 in the one form in which it is written."""
-    return base64.b64encode(base64.b64decode("".join((element.text or "").split()), validate=True)).decode()
+def _part(root: XmlElement, name: str) -> XmlElement:
+    (found,) = root.iter(f"{{{DS}}}{name}")
+    return found
 
 
 # PDF
@@ -176,7 +206,7 @@ def _sign_pdf(content: bytes, key: SigningKey) -> bytes:
     return found
 
 
-def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate] | None) -> x509.Certificate:
     from asn1crypto import x509 as asn1_x509
     from pyhanko.pdf_utils.reader import PdfFileReader
     from pyhanko.sign.validation import validate_pdf_signature
@@ -188,7 +218,7 @@ def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Cer
     logging.getLogger("pyhanko_certvalidator").setLevel(logging.CRITICAL + 1)
     signatures = PdfFileReader(io.BytesIO(content)).embedded_signatures
     if not signatures:
-        raise _NotIntactError("is not signed")
+        raise _NotIntactError(NOT_SIGNED)
     if len(signatures) != 1:
         raise _NotIntactError("bears several signatures, and a certificate bears one")
     _check_contents(content, signatures[0])
@@ -265,9 +295,9 @@ def _leaves(node: Any) -> list[Any]:  # noqa: ANN401 - a dictionary of pyHanko
 # Signers
 
 
-def _one_of(embedded: x509.Certificate, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+def _one_of(embedded: x509.Certificate, signers: Sequence[x509.Certificate] | None) -> x509.Certificate:
     """Return the signer that a file names; raises where it is none of those that are known."""
-    for each in signers:
+    for each in (embedded,) if signers is None else signers:
         if _der(each) == _der(embedded):
             return each
     raise _NotIntactError(f"names {name_of(embedded)} as signer, none of those given")

@@ -14,7 +14,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import note_input
 from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
 from tumble.laboratory.certificate.record import certificate_row
-from tumble.laboratory.certificate.signature import attached_xml, verify
+from tumble.laboratory.certificate.signature import verify
 from tumble.laboratory.registry import Registry
 
 
@@ -57,7 +57,7 @@ def check(path: Path, signers: Sequence[x509.Certificate], registry: Registry | 
         return Check(str(path), "", signed.signer, "", signed.fault)
     try:
         is_pdf = content.startswith(b"%PDF-")
-        number = read_dcc(attached_xml(content) if is_pdf else content, about=str(path)).number
+        number = read_dcc(signed.xml, about=str(path)).number
         if registry is None:
             return Check(str(path), number, signed.signer, "", "")
         row = certificate_row(registry, number)

@@ -28,18 +28,24 @@ class CertifiedReference:
     file: str = ""
     """Name of the file, without folders; empty where it was read by others."""
     sha256: str = ""
+    signature: str = ""
+    """Outcome of the verification of its signature; empty where it was read by others."""
     walks: Mapping[str, float] = field(default_factory=dict)
     """Variance a year of parameters of the reference, for a drift that the certificate does not state."""
 
     @classmethod
-    def of(cls, source: CertificateSource | None) -> CertifiedReference | None:
-        """Reads a certificate, where there is one; raises `CalibrationFileError` in one line."""
+    def of(cls, source: CertificateSource | None, signer: Path | None = None) -> CertifiedReference | None:
+        """Reads a certificate, where there is one; raises `CalibrationFileError` in one line.
+
+        With `signer`, the public file of a laboratory, it must have signed the certificate.
+        """
         if source is None or isinstance(source, CertifiedReference):
             return source
         if isinstance(source, ReferenceCertificate):
             return cls(source, f"certificate {source.number}")
         path = Path(source)
-        return cls(read_reference_certificate(path), str(path), path.name, log_digest(path))
+        found = read_reference_certificate(path, signer)
+        return cls(found.certificate, str(path), path.name, log_digest(path), found.signature)
 
     @property
     def calibration(self) -> Calibration:
@@ -60,7 +66,13 @@ class CertifiedReference:
             serial=unit.serial,
             file=self.file,
             sha256=self.sha256,
+            signature=self.signature,
         )
+
+    @property
+    def remark(self) -> str:
+        """States whether its signature was verified."""
+        return f"certificate {self.certificate.number} of the reference: {self.signature}"
 
     def refuse_other_model(self, model: str) -> None:
         """Raises `CalibrationFileError` where it is of another model; an empty one is not known."""

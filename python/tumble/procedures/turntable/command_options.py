@@ -93,6 +93,15 @@ class ReferenceOptions(Options):
             show_default=False,
         ),
     ] = None
+    reference_signer: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference-signer",
+            metavar="FILE",
+            help="Public file (.crt) of the laboratory that must have signed that certificate.",
+            show_default=False,
+        ),
+    ] = None
     reference_model: Annotated[
         str,
         typer.Option(
@@ -128,7 +137,7 @@ class ReferenceOptions(Options):
                 "--reference-calibration and --reference-certificate both state the errors of the reference; "
                 "give one of them"
             )
-        found = CertifiedReference.of(self.reference_certificate)
+        found = CertifiedReference.of(self.reference_certificate, self.reference_signer)
         address = registry_in_use()
         if found is None or not address or not found.certificate.leaves_drift_open:
             return found

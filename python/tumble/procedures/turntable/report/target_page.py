@@ -189,9 +189,11 @@ def _certificate(result: TurntableResult) -> list[tuple[str, str]]:
     until = f", holds until {stated.due}" if stated.due else ""
     unit = " ".join(filter(None, (stated.manufacturer, stated.model, stated.serial)))
     of = f" of {unit}" if unit else ""
-    return [
-        ("Certificate of the reference", f"{stated.number}{of}, {stated.laboratory}, {stated.date}{until}")
+    rows = [
+        ("Certificate of the reference", f"{stated.number}{of}, {stated.laboratory}, {stated.date}{until}"),
+        ("Its signature", stated.signature),
     ]
+    return [(name, value) for name, value in rows if value]
 
 
 def _origin(target: TargetResult) -> list[tuple[str, str]]:
