@@ -82,7 +82,8 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     "message",
-    *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
+    *("clock", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"),
+    "plain",
     *(
         "provenance",
         "documents",
@@ -117,6 +118,7 @@ LAYERS: dict[str, set[str]] = {
     "log_time": set(),
     "procedures": set(),
     "services": {"recording", "results", "units"},
+    "clock": set(),
     "noise_terms": {"units"},
     "foundation": set(),
     "tools": set(),
@@ -150,7 +152,7 @@ LAYERS: dict[str, set[str]] = {
     "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
     | {"schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"errors", "files", "folder_lock", "log_time"},
+    "provenance": {"clock", "errors", "files", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
@@ -174,7 +176,7 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "bounded_yaml",
     }
-    | {"clock_skew", "debugging", "magnetic"},
+    | {"clock", "clock_skew", "debugging", "magnetic"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "_core"},
     "procedure": DATA

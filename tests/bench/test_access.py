@@ -20,6 +20,7 @@ from repetitions import SOAK
 from tumble.bench.access import HOLDS_FOR, Access
 from tumble.bench.gate import MOST_SOCKETS_OF_ONE
 from tumble.bench.line import MOST_LINES_OF_ONE
+from tumble.foundation import clock
 
 CLOSING = 8
 """Opcode of a frame that ends a socket."""
@@ -293,9 +294,8 @@ def test_markup_in_names_is_text_and_viewers_only_look(bench):
         assert [*operator.script_errors, *viewer.script_errors, *other.script_errors] == []
 
 
-def test_a_bench_whose_operator_is_gone_may_be_taken():
-    now = [0.0]
-    access = Access(needs_token=True, clock=lambda: now[0])
+def test_a_bench_whose_operator_is_gone_may_be_taken(simulated_clock):
+    access = Access(needs_token=True)
     assert access.enter("wrong", "") is None
     one, other = (access.enter(access.token, "") for _ in range(2))
     viewer = access.enter(access.viewer_token, "")
@@ -308,7 +308,7 @@ def test_a_bench_whose_operator_is_gone_may_be_taken():
     assert access.asking is other
     access.keep(one.key)
     assert access.asking is None
-    now[0] = HOLDS_FOR + 1.0
+    clock.sleep(HOLDS_FOR + 1.0)
     assert access.silent > HOLDS_FOR
     assert access.ask(other.key)
     assert access.operates(other.key)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import contextmanager
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.tools.simulate.live.table_server import TableServer
 from tumble.tools.table.profile import load_profile
 from tumble.tools.table.simulated import PRESETS, SimulatedTable
@@ -28,8 +28,8 @@ class Clock:
 class NotingTable(SimulatedTable):
     """Notes every command; fails at a call of the name in `fails`, with that error."""
 
-    def __init__(self, axes=PRESETS["two-axis"], clock=time.monotonic, fails=None):
-        super().__init__(axes, clock)
+    def __init__(self, axes=PRESETS["two-axis"], now=clock.now, fails=None):
+        super().__init__(axes, now)
         self.told = []
         self.fails = fails or {}
         self.left = False
@@ -75,6 +75,6 @@ def served(profile_name, speed=SPEED):
     """Address of a simulated table that speaks the words of a profile, and the table."""
     profile = load_profile(profile_name)
     axes = tuple(axis.axis(profile.units) for axis in profile.axes)
-    table = SimulatedTable(axes, lambda: speed * time.monotonic())
+    table = SimulatedTable(axes, lambda: speed * clock.now())
     with TableServer(table, profile, "127.0.0.1", 0) as server:
         yield f"text:TCPIP::127.0.0.1::{server.port}::SOCKET?profile={profile_name}", table

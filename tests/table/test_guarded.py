@@ -129,7 +129,7 @@ def test_silent_or_refusing_table_is_stopped_and_moves_no_more(failing, error):
 @given(st.lists(COMMANDS, max_size=6), st.sampled_from(["enable", "goto", "rate", "settled", "position"]))
 def test_after_any_failure_the_last_command_to_the_table_is_stop(commands, failing):
     clock = Clock()
-    table = NotingTable(clock=clock)
+    table = NotingTable(now=clock)
     calls = {
         "enable": table.enable,
         "goto": lambda: table.goto(np.zeros(2), np.ones(2), np.ones(2)),
@@ -162,7 +162,7 @@ def test_unanswered_stop_is_reported_loudly():
 
 def test_a_motion_that_does_not_end_in_time_stops_the_table(monkeypatch):
     clock = Clock()
-    table = NotingTable(clock=clock)
+    table = NotingTable(now=clock)
     monkeypatch.setattr("tumble.tools.table.guarded.AT_LEAST", 0.0)
     monkeypatch.setattr("tumble.tools.table.guarded.PATIENCE", 0.0)
     with GuardedTable(table, armed=True) as guarded:
@@ -176,7 +176,7 @@ class StrayTable(NotingTable):
     """Reports the end of each motion to angles, but stands elsewhere."""
 
     def __init__(self, off_deg, clock):
-        super().__init__(clock=clock)
+        super().__init__(now=clock)
         self.off = np.radians(off_deg)
 
     def position(self):
@@ -213,7 +213,7 @@ def test_a_done_flag_that_is_set_before_the_motion_is_awaited():
             return True
 
     clock = Clock()
-    with GuardedTable(Early(clock=clock), armed=True) as guarded:
+    with GuardedTable(Early(now=clock), armed=True) as guarded:
         took = guarded.goto(np.radians([90.0, 0.0]))
         assert not guarded.settled()
         clock.now += took
@@ -222,7 +222,7 @@ def test_a_done_flag_that_is_set_before_the_motion_is_awaited():
 
 def test_a_table_that_swings_beyond_its_limits_is_stopped():
     clock = Clock()
-    table = NotingTable(clock=clock)
+    table = NotingTable(now=clock)
     limits = parse_limits("outer.angle=-20..20", TWO)
     with GuardedTable(table, limits, armed=True) as guarded:
         table.move(slice(None), np.radians([30.0, 0.0]), np.ones(2), np.ones(2))

@@ -56,7 +56,7 @@ def test_a_table_that_ends_every_answer_with_a_prompt_turns_at_rates():
         assert np.isnan(table.position()).all()
         table.rate(np.radians([10.0]))
         table.wait()
-        (_,), (rate,), _ = simulated.states(np.array([simulated._clock()]))
+        (_,), (rate,), _ = simulated.states(np.array([simulated._now()]))
         assert np.degrees(rate[0]) == pytest.approx(10.0)
         with pytest.raises(TableError, match="cannot say where it is"):
             table.goto(np.radians([10.0]))
@@ -178,9 +178,9 @@ def test_rates_within_goto_and_a_bit_mask_drive_a_table(tmp_path):
         text = text.replace(ours, theirs)
     (tmp_path / "dialect.yaml").write_text(text)
     with served(str(tmp_path / "dialect.yaml")) as (address, simulated), armed(address) as table:
-        before = simulated._clock()
+        before = simulated._now()
         took = table.goto(np.radians([90.0, -45.0]), np.radians([20.0, 30.0]), np.radians([50.0, 50.0]))
-        rates = simulated.states(np.linspace(before, simulated._clock() + took, 400))[1]
+        rates = simulated.states(np.linspace(before, simulated._now() + took, 400))[1]
         table.wait()
         assert np.degrees(np.abs(rates).max(axis=0)) == pytest.approx([20.0, 30.0], rel=1e-6)
         assert np.allclose(np.degrees(table.position()), [90.0, -45.0], atol=1e-4)

@@ -208,7 +208,7 @@ def test_stopped_table_session_resumes_with_the_missing_stops(tmp_path, monkeypa
 
 def test_table_waits_at_a_stop_until_its_samples_have_come():
     clock = Clock()
-    simulated = NotingTable(clock=clock)
+    simulated = NotingTable(now=clock)
     plan = plan_of("two-axis", turns=False)
     with GuardedTable(simulated, armed=True) as guarded:
         drive = TableDrive(guarded, plan)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import secrets
 import threading
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
+
+from tumble.foundation import clock
 
 BROWSER_GONE = 2.0
 """s without a sign of life of the operator's browser, after which a table is stopped."""
@@ -30,7 +30,7 @@ class Browser:
     address: str
     number: int
     """From 1 on, by which people name it."""
-    seen: float = field(default_factory=time.monotonic)
+    seen: float = field(default_factory=clock.now)
     """s of its last sign of life."""
 
 
@@ -40,16 +40,13 @@ class Access:
     Without tokens whoever reaches the page may operate: it is served on this computer only.
     """
 
-    def __init__(
-        self, *, needs_token: bool, cookie: str = COOKIE, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, *, needs_token: bool, cookie: str = COOKIE) -> None:
         self.cookie = cookie
         """Name of the cookie, which browsers keep for all ports of a computer."""
         self.token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who may operate."""
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who only look."""
-        self._clock = clock
         self._browsers: dict[str, Browser] = {}
         self._operator = ""
         self._asks = ""
@@ -63,7 +60,7 @@ class Access:
             return None
         with self._lock:
             self._number += 1
-            browser = Browser(secrets.token_urlsafe(24), rank, address, self._number, self._clock())
+            browser = Browser(secrets.token_urlsafe(24), rank, address, self._number)
             self._browsers[browser.key] = browser
             self._forget()
         return browser
@@ -77,7 +74,7 @@ class Access:
         browser = self._browsers.get(key)
         if browser is None:
             return
-        browser.seen = self._clock()
+        browser.seen = clock.now()
         with self._lock:
             if browser.rank == "operator" and self.silent > HOLDS_FOR:
                 self._operator = key
@@ -100,7 +97,7 @@ class Access:
     def silent(self) -> float:
         """Returns for how long, s, the operator's browser has given no sign of life; infinite without one."""
         browser = self.operator
-        return float("inf") if browser is None else self._clock() - browser.seen
+        return float("inf") if browser is None else clock.now() - browser.seen
 
     def ask(self, key: str) -> bool:
         """Asks for the bench; returns whether it was free, and is held now."""

@@ -6,7 +6,6 @@ import json
 import math
 import re
 import threading
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfi
 from tumble.bench.settings import BenchSettings
 from tumble.bench.simulated import SimulatedBench
 from tumble.bench.sources import BenchSource, BenchSources
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import FileKind, prepare_folder, write_text
 from tumble.foundation.message import message
@@ -80,7 +80,7 @@ class Bench:
         self.choice = RunChoice(self.kinds[0].word, operator=settings.operator, station=settings.station)
         self.sources = BenchSources()
         self.logs = OpenLogs()
-        self.pulse = time.monotonic()
+        self.pulse = clock.now()
         """s at which the server last had time for its pages."""
         self._stalled_at = -math.inf
         self._ends = threading.Event()
@@ -294,7 +294,7 @@ class Bench:
 
     def _is_operator_gone(self) -> bool:
         """Returns whether the operator's browser has been gone for too long, rather than the server busy."""
-        now = time.monotonic()
+        now = clock.now()
         if now - self.pulse > STALLED:
             self._stalled_at = now
         grace = GRACE if now - self._stalled_at < 1.0 else 0.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.schemas import FLEET_JOB, schema_in
 from tumble.logs.optional import install_command
@@ -152,5 +152,5 @@ def _state(status: JobStatus) -> JobState:
     from tumble.fleet.ledger import SILENT_AFTER
 
     known: dict[str, JobState] = {"running": "running", "done": "done", "cancelled": "cancelled"}
-    is_silent = status.silence(time.time()) > SILENT_AFTER
+    is_silent = status.silence(clock.utc()) > SILENT_AFTER
     return "silent" if is_silent else known.get(status.state, "failed")

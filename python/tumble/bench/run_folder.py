@@ -14,6 +14,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from tumble.foundation import clock
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
@@ -50,7 +51,8 @@ class RunFolder:
     @classmethod
     def begin(cls, folder: Path, word: str, order: RunOrder) -> RunFolder:
         """Makes the folder of a new run below `folder`; raises `OutputError` where that cannot be done."""
-        path = _free(folder, f"{datetime.now(timezone.utc):%Y-%m-%d}_{word}")
+        today = datetime.fromtimestamp(clock.utc(), timezone.utc)
+        path = _free(folder, f"{today:%Y-%m-%d}_{word}")
         made = cls(prepare_folder(path), word, replace(order, folder=path))
         made._keep_order()
         return made

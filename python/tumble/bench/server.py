@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import socket
-import time
 from collections.abc import Callable, MutableMapping
 from functools import partial
 from pathlib import Path
@@ -25,6 +24,7 @@ from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.settings import BenchSettings
+from tumble.foundation import clock
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 
@@ -177,7 +177,7 @@ async def _pulse(bench: Bench) -> None:
 
     async def beat() -> None:
         while True:
-            bench.pulse = time.monotonic()
+            bench.pulse = clock.now()
             await asyncio.sleep(BETWEEN_PULSES)
 
     background_tasks.create(beat(), name="pulse")

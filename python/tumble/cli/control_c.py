@@ -73,8 +73,8 @@ def _is_in_a_step(frame: object) -> bool:
 
 
 def _again(main_thread: int) -> None:
-    import time
+    from tumble.foundation import clock
 
-    time.sleep(_AGAIN)
+    clock.sleep(_AGAIN)
     # A signal ends a wait of the main thread, as `interrupt_main` does not.
     _signal.pthread_kill(main_thread, _signal.SIGINT)

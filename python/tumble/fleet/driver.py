@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -20,6 +19,7 @@ from tumble.fleet.ledger import JobStatus
 from tumble.fleet.parts import exit_codes, write_parts
 from tumble.fleet.places import FileStore
 from tumble.fleet.task import TRIES, FleetTask, TaskDone, lost_outcome
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 
 FIRST_TASK = 4
@@ -78,7 +78,7 @@ class FleetRun:
                 return self._run(inputs)
 
     def _run(self, inputs: InputList) -> JobStatus:
-        self._begun = self._written = time.monotonic()
+        self._begun = self._written = clock.now()
         self._inputs = len(inputs)
         self._open = self._without_result(inputs)
         state, reason = "failed", ""
@@ -124,11 +124,11 @@ class FleetRun:
         """Shows progress now and then; returns whether the job is to end."""
         status = self._status("running")
         self.show(status)
-        if time.monotonic() - self._written < _STATUS_EVERY:
+        if clock.now() - self._written < _STATUS_EVERY:
             return False
         self._lease.check()
         ledger.write_status(self._results, status)
-        self._written = time.monotonic()
+        self._written = clock.now()
         return ledger.is_cancelled(self._results)
 
     def _give_work(self) -> None:
@@ -187,7 +187,7 @@ class FleetRun:
         self._failed += 1
 
     def _status(self, state: str, reason: str = "") -> JobStatus:
-        seconds = time.monotonic() - self._begun
+        seconds = clock.now() - self._begun
         return JobStatus(
             state=state,
             inputs=self._inputs,
@@ -199,5 +199,5 @@ class FleetRun:
             seconds=seconds,
             engine=self.engine_name,
             reason=reason,
-            written=time.time(),
+            written=clock.utc(),
         )

@@ -6,11 +6,11 @@ import os
 import secrets
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from tumble.fleet.places import FileStore, StoreError
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import hold_folder, prepare_folder
 from tumble.foundation.words import plain
@@ -62,14 +62,14 @@ class DriverLease:
         self._token = secrets.token_hex(8)
         self._ended = threading.Event()
         self._other = ""
-        self._thread = threading.Thread(target=self._renew, daemon=True)
+        self._thread = clock.thread(self._renew)
 
     def take(self) -> None:
         """Takes the lease once nobody renews it any more, and renews it from then on."""
         found = self._results.read(LEASE_FILE)
-        until = time.monotonic() + GONE_AFTER
-        while found is not None and time.monotonic() < until:
-            time.sleep(RENEWED_EVERY / 2)
+        until = clock.now() + GONE_AFTER
+        while found is not None and clock.now() < until:
+            clock.sleep(RENEWED_EVERY / 2)
             later = self._results.read(LEASE_FILE)
             if later is not None and later != found:
                 self._other = _owner(later)
@@ -89,7 +89,7 @@ class DriverLease:
     def release(self) -> None:
         """Ends the lease."""
         self._ended.set()
-        self._thread.join()
+        clock.wait(self._thread)
         if not self._other:
             # A lease that cannot be removed is over by itself, and no reason for a finished job to fail.
             with suppress(StoreError):
@@ -100,7 +100,7 @@ class DriverLease:
         self._results.write(LEASE_FILE, f"{self._token} {self._renewals} {self._name}".encode())
 
     def _renew(self) -> None:
-        while not self._ended.wait(RENEWED_EVERY):
+        while not clock.wait(self._ended, RENEWED_EVERY):
             try:
                 found = self._results.read(LEASE_FILE)
                 if found is not None and not found.startswith(self._token.encode()):

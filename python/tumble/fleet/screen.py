@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from tumble.cli.screen import message_console
 from tumble.fleet.driver import ShowProgress
 from tumble.fleet.ledger import SILENT_AFTER, JobStatus
 from tumble.fleet.reduction import FALSE_DISCOVERIES, FleetSummary
+from tumble.foundation import clock
 from tumble.foundation.words import count_of, length_of_time
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def status_words(status: JobStatus) -> str:
     left = status.seconds_left
     ahead = f", {length_of_time(left)} left" if status.state == "running" and left is not None else ""
     reason = f": {status.reason}" if status.reason else ""
-    silence = status.silence(time.time())
+    silence = status.silence(clock.utc())
     if silence > SILENT_AFTER:
         reason = f"; nothing was written for {length_of_time(silence)}: if it was killed, go on with --resume"
     return f"{status.state}: {status.done} of {status.inputs} inputs, {_counts(status)}{ahead}{reason}"

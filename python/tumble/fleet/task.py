@@ -7,7 +7,6 @@ import hashlib
 import io
 import json
 import os
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -23,6 +22,7 @@ from tumble.fleet.inputs import FleetInput
 from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore, fetched, shown
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import files_of_command, make_folder
 from tumble.foundation.plain import finite
@@ -76,14 +76,14 @@ def run_task(task: FleetTask) -> TaskDone:
             f"this worker has tumble {_core.__version__}, and the job was given by {task.software}; "
             "install the same version on all nodes"
         )
-    begun = time.perf_counter()
+    begun = clock.now()
     work = task.job.work
     with _dated(task.date):
         outcomes = [_tried(task.job, each, each.key(work)) for each in task.inputs]
     write_parts(FileStore(task.job.results), outcomes)
     failed = sum(bool(each.failure) for each in outcomes)
     well = sum(each.exit_code == ExitCode.DONE for each in outcomes)
-    return TaskDone(len(outcomes), failed, len(outcomes) - failed - well, time.perf_counter() - begun)
+    return TaskDone(len(outcomes), failed, len(outcomes) - failed - well, clock.now() - begun)
 
 
 def lost_outcome(job: FleetJob, given: FleetInput, failure: str) -> Outcome:
@@ -97,7 +97,7 @@ def _tried(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
         outcome = computed_outcome(job, given, key)
         if not outcome.transient:
             return outcome
-        time.sleep(pause)
+        clock.sleep(pause)
         pause *= 2.0
     return computed_outcome(job, given, key)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import is_special, once_per_file
 from tumble.foundation.folder_lock import LOCK_FILE
@@ -77,7 +77,7 @@ def date_now() -> str:
     """
     stated = os.environ.get(_EPOCH)
     try:
-        moment = datetime.fromtimestamp(time.time() if stated is None else int(stated), timezone.utc)
+        moment = datetime.fromtimestamp(clock.utc() if stated is None else int(stated), timezone.utc)
     except (ValueError, OverflowError, OSError):
         raise TumbleError(f"{_EPOCH}={stated}: give whole seconds since 1970, or unset it") from None
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FEW_SAMPLES, FloatArray
 from tumble.foundation.words import count_of
@@ -104,7 +104,7 @@ class Conditioner:
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
         """Returns what can be used by now: nothing until there are samples enough to decide units from.
 
-        `arrival` is when the readings came, s of `time.monotonic()`.
+        `arrival` is when the readings came, s of `clock.now()`.
 
         Raises `LogError` where no unit fits or a stated one contradicts the values, where sample after sample
         is no number, and where the device started anew.
@@ -147,7 +147,7 @@ class Conditioner:
         """Returns samples that have waited long enough for others by now."""
         if self._order is None:
             return EMPTY
-        readings, arrival = self._order.due(time.monotonic())
+        readings, arrival = self._order.due(clock.now())
         return self._checked(readings, arrival) if len(readings) else EMPTY
 
     def _ordered(self, readings: Readings, arrival: float) -> LiveChunk:

@@ -10,7 +10,6 @@ import base64
 import binascii
 import json
 import struct
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address, host_and_port
 from tumble.live.mailbox import Mailbox
@@ -130,12 +130,12 @@ def list_topics(address: Address) -> list[SentTopic]:
         imus = {number: each for number, each in enumerate(channels) if may_be_imu(each.definition)}
         _subscribe(connection, imus)
         watches = {number: RateWatch() for number in imus}
-        until = time.monotonic() + (HEARD_FOR if imus else 0.0)
-        while (left := until - time.monotonic()) > 0.0:
+        until = clock.now() + (HEARD_FOR if imus else 0.0)
+        while (left := until - clock.now()) > 0.0:
             for message in _messages(connection, left, address):
                 found = _payload(message) if isinstance(message, bytes) else None
                 if found is not None and found[0] in watches:
-                    watches[found[0]].push(1, time.monotonic())
+                    watches[found[0]].push(1, clock.now())
     return [
         SentTopic(
             each.topic,
@@ -175,8 +175,8 @@ def _connected(address: Address) -> Iterator[ClientConnection]:
 
 def _advertised(connection: ClientConnection, address: Address) -> Iterator[_Channel]:
     """Returns channels as they are advertised, for `ADVERTISED_WITHIN` s."""
-    until = time.monotonic() + ADVERTISED_WITHIN
-    while (left := until - time.monotonic()) > 0.0:
+    until = clock.now() + ADVERTISED_WITHIN
+    while (left := until - clock.now()) > 0.0:
         for message in _messages(connection, left, address):
             content = _json(message) if isinstance(message, str) else {}
             channels = content.get("channels")

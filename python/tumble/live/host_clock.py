@@ -170,9 +170,9 @@ class HostClock:
         )
 
     def host_times(self, stamps: FloatArray, arrival: float | FloatArray) -> FloatArray:
-        """Adds (n,) samples, at least one, and returns their host times, (n,) s of `time.monotonic()`.
+        """Adds (n,) samples, at least one, and returns their host times, (n,) s of `clock.now()`.
 
-        `stamps` are s of the sensor, increasing; `arrival` s of `time.monotonic()` at which they came, one
+        `stamps` are s of the sensor, increasing; `arrival` s of `clock.now()` at which they came, one
         for all or (n,). Host times increase strictly from call to call and are no later than the arrival, but
         where earlier ones ran ahead.
         """

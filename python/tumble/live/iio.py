@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, CalibratedTriad, Triad
@@ -109,7 +109,7 @@ class IioSource(ConditionedSource):
     def read(self) -> LiveChunk:
         """See `Source`."""
         numbers = {device: device.receive() for device in self._opened}
-        samples, arrival = self._two(numbers) if self._are_two else self._one(numbers), time.monotonic()
+        samples, arrival = self._two(numbers) if self._are_two else self._one(numbers), clock.now()
         magnetic = self._field(numbers, samples)
         if not len(samples):
             return EMPTY

@@ -29,7 +29,7 @@ TIMESTAMP, TEMPERATURE = "in_timestamp", "in_temp"
 BUFFER_SCANS = 1024
 """Scans that the kernel keeps for us; by itself it keeps two."""
 CLOCK = "monotonic"
-"""The clock to stamp by: that of `time.monotonic()`, which nobody sets."""
+"""The clock to stamp by: that of `clock.now()`, which nobody sets."""
 PIECE_SCANS = 256
 GET_PERMISSION = "run this as root, or give your group the right by a rule of udev"
 

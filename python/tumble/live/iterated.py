@@ -5,10 +5,10 @@ from __future__ import annotations
 import queue
 import socket
 import threading
-import time
 from dataclasses import replace
 from types import TracebackType
 
+from tumble.foundation import clock
 from tumble.live.conditioning import EMPTY
 from tumble.live.source import HEARTBEAT, LiveChunk, PolledSource, Source
 
@@ -26,10 +26,11 @@ class IteratedSource(PolledSource):
         self.already_corrected = getattr(source, "already_corrected", None)
         self._source = source
         self._come: queue.Queue[LiveChunk | Exception] = queue.Queue(MOST_KEPT)
+        self._has_room = threading.Event()
         self._left = threading.Event()
         self._here: socket.socket | None = None
         self._there: socket.socket | None = None
-        self._thread = threading.Thread(target=self._iterate, daemon=True)
+        self._thread = clock.thread(self._iterate)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -51,7 +52,7 @@ class IteratedSource(PolledSource):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._left.set()
-        self._thread.join(2.0 * HEARTBEAT)
+        clock.wait(self._thread, 2.0 * HEARTBEAT)
         for end in (self._here, self._there):
             if end is not None:
                 end.close()
@@ -73,6 +74,7 @@ class IteratedSource(PolledSource):
             # The byte stays, so that the next call receives it again.
             self._come.put(come)
             raise come
+        self._has_room.set()
         self._here.recv(1)
         return come
 
@@ -82,9 +84,7 @@ class IteratedSource(PolledSource):
                 if self._left.is_set():
                     return
                 if len(chunk):
-                    self._give(
-                        chunk if chunk.arrival is not None else replace(chunk, arrival=time.monotonic())
-                    )
+                    self._give(chunk if chunk.arrival is not None else replace(chunk, arrival=clock.now()))
         except Exception as error:
             self._give(error)
         else:
@@ -93,9 +93,11 @@ class IteratedSource(PolledSource):
     def _give(self, come: LiveChunk | Exception) -> None:
         """Passes on the chunk, with one byte that wakes the waiting reader."""
         while not self._left.is_set():
+            self._has_room.clear()
             try:
-                self._come.put(come, timeout=HEARTBEAT)
+                self._come.put_nowait(come)
             except queue.Full:
+                clock.wait(self._has_room, HEARTBEAT)
                 continue
             assert self._there is not None, "the thread runs while the source is open"
             self._there.send(b".")

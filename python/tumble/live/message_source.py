@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from abc import abstractmethod
 from contextlib import ExitStack
 from types import TracebackType
 from typing import TypeVar
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
@@ -111,4 +111,4 @@ class MessageSource(ConditionedSource):
             self.magnetometer_unit,
         )
         readings = Readings(samples, magnetic=self._fields_beside(samples))
-        return self._conditioner.take(readings, facts, time.monotonic())
+        return self._conditioner.take(readings, facts, clock.now())

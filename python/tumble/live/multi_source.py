@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import math
 import selectors
-import time
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 from types import TracebackType
@@ -20,6 +19,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.timing import TimeWatch
@@ -52,7 +52,7 @@ class SourceEvent:
     name: str
     """Name of the unit."""
     time: float
-    """s of `time.monotonic()`."""
+    """s of `clock.now()`."""
     reason: str = ""
     """Reason of the loss."""
 
@@ -71,7 +71,7 @@ class _Unit:
         self.line: int | None = None
         """Descriptor to wait for while the source is open; None where there is none."""
         self.heard = math.inf
-        """s of `time.monotonic()` at which the reader of the set was last given anything of it."""
+        """s of `clock.now()` at which the reader of the set was last given anything of it."""
         self.kept = EMPTY
         """Samples of a log without pace, until older ones of others were given."""
         self.newest = -math.inf
@@ -80,7 +80,7 @@ class _Unit:
         """Samples left out because they were no newer than that."""
         self.has_ended = False
         self.retry_at = math.inf
-        """s of `time.monotonic()` at which to open it again, if it was lost."""
+        """s of `clock.now()` at which to open it again, if it was lost."""
         self.returning: Future[Source] | None = None
         """Its new source, while that is being opened."""
 
@@ -124,7 +124,7 @@ class LiveSet:
     """Named sources read together: a context manager, iterated once.
 
     Iterating gives the name of a unit and samples of it, in order of arrival. Their `time` is s of
-    `time.monotonic()`, by a `HostClock` for each, and `sensor_time` the stamp of the source; where all
+    `clock.now()`, by a `HostClock` for each, and `sensor_time` the stamp of the source; where all
     sources state the same clock, as replayed logs do, times stay as they are. Logs replayed as fast as they
     can be read are given in the order of their times. A unit that is silent is given with an empty chunk
     every `HEARTBEAT`. The set ends when the last of its sources does. `async for` iterates it beside other
@@ -161,13 +161,13 @@ class LiveSet:
         self.listened = 0.0
         """s for which sources were waited for: while the computer did something else, nobody was silent."""
         self._looked = math.inf
-        """s of `time.monotonic()` at which they were last looked at."""
+        """s of `clock.now()` at which they were last looked at."""
         self._look_at = -math.inf
-        """s of `time.monotonic()` before which they are not looked at again: one look takes as long as many
+        """s of `clock.now()` before which they are not looked at again: one look takes as long as many
         samples, and those of all units come together."""
         self._heartbeat_at = -math.inf
-        """s of `time.monotonic()` before which no unit is silent for `HEARTBEAT`."""
-        self._opener = ThreadPoolExecutor(1)
+        """s of `clock.now()` before which no unit is silent for `HEARTBEAT`."""
+        self._opener = clock.executor("opener")
         """Opens what was lost, as others cannot wait for a host that does not answer."""
 
     @property
@@ -222,9 +222,9 @@ class LiveSet:
     def __iter__(self) -> Iterator[tuple[str, LiveChunk]]:
         while not self._has_ended:
             patience = self._patience
-            ready = self._selector.select(patience)
-            if patience and (early := self._look_at - time.monotonic()) > 0.0:
-                time.sleep(early)
+            ready = clock.select(self._selector, patience)
+            if patience and (early := self._look_at - clock.now()) > 0.0:
+                clock.sleep(early)
                 ready = self._selector.select(0.0)
             yield from self._come(ready)
 
@@ -234,7 +234,7 @@ class LiveSet:
         while not self._has_ended:
             patience = self._patience
             await readable(line, patience)
-            if patience and (early := self._look_at - time.monotonic()) > 0.0:
+            if patience and (early := self._look_at - clock.now()) > 0.0:
                 await readable(None, early)
             for named in self._come(self._selector.select(0.0)):
                 yield named
@@ -248,7 +248,7 @@ class LiveSet:
         """Longest time, s, to wait for the next samples."""
         if self._may_be_more or any(unit.kept is not EMPTY for unit in self._units.values()):
             return 0.0
-        until_heartbeat = self._heartbeat_at - time.monotonic()
+        until_heartbeat = self._heartbeat_at - clock.now()
         return max(0.0, min(until_heartbeat, BETWEEN_LOOKS) if self._polled else until_heartbeat)
 
     def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
@@ -274,7 +274,7 @@ class LiveSet:
         yield from self._heartbeats()
 
     def _listen(self) -> None:
-        now = time.monotonic()
+        now = clock.now()
         self.listened += min(max(0.0, now - self._looked), HEARTBEAT)
         self._looked, self._look_at = now, now + BETWEEN_LOOKS
 
@@ -289,13 +289,13 @@ class LiveSet:
             if not self._keep_going:
                 raise named from error
             self._leave(unit)
-            unit.retry_at = time.monotonic() + RETRY
-            self.on_event(SourceEvent("lost", unit.name, time.monotonic(), str(named)))
+            unit.retry_at = clock.now() + RETRY
+            self.on_event(SourceEvent("lost", unit.name, clock.now(), str(named)))
         return EMPTY
 
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
         """Puts samples on the clock of the set; leaves out what is no newer than those before."""
-        unit.heard = time.monotonic()
+        unit.heard = clock.now()
         unit.timing.push(chunk.time)
         if not self._one_clock:
             chunk = chunk.on_clock(unit.host_times(chunk, self.clock_rate))
@@ -307,7 +307,7 @@ class LiveSet:
         return chunk
 
     def _heartbeats(self) -> Iterator[tuple[str, LiveChunk]]:
-        now = time.monotonic()
+        now = clock.now()
         if now < self._heartbeat_at:
             return
         for unit in self._units.values():
@@ -323,7 +323,7 @@ class LiveSet:
 
     def _bring_back(self) -> None:
         """Opens anew, one after another, what was lost."""
-        now = time.monotonic()
+        now = clock.now()
         for unit in self._units.values():
             if unit.retry_at <= now:
                 unit.retry_at = math.inf
@@ -336,15 +336,15 @@ class LiveSet:
         try:
             unit.source = opened.result()
         except LogError:
-            unit.retry_at = time.monotonic() + RETRY
+            unit.retry_at = clock.now() + RETRY
             return
         unit.timing.begin_part()
         self._watch(unit)
-        self.on_event(SourceEvent("returned", unit.name, time.monotonic()))
+        self.on_event(SourceEvent("returned", unit.name, clock.now()))
 
     def _watch(self, unit: _Unit) -> None:
         """Waits for a unit that was opened; several may be on one line."""
-        unit.is_open, unit.heard, unit.line = True, time.monotonic(), unit.source.fileno()
+        unit.is_open, unit.heard, unit.line = True, clock.now(), unit.source.fileno()
         if unit.line is None:
             self._polled.append(unit)
         elif unit.line in self._selector.get_map():

@@ -6,7 +6,6 @@ import json
 import math
 import socket
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.files import check_output
 from tumble.foundation.magnetic import FIELD_UNITS, MAGNETIC_CHANNELS
@@ -298,7 +298,7 @@ class _MavlinkMessages:
         self._heartbeat_at = -math.inf
 
     def write(self, chunk: Chunk) -> None:
-        if (now := time.monotonic()) >= self._heartbeat_at:
+        if (now := clock.now()) >= self._heartbeat_at:
             self._heartbeat_at = now + BETWEEN_HEARTBEATS
             self._line.send(self._heartbeat())
         unit = chunk.unit if isinstance(chunk, SetChunk) else 0

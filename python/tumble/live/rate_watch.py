@@ -10,11 +10,11 @@ class RateWatch:
     """Counts arrivals; those that came with the first may have waited, so that counting begins after them."""
 
     began: float | None = None
-    """s of `time.monotonic()` of the first arrival."""
+    """s of `clock.now()` of the first arrival."""
     count: int = 0
 
     def push(self, count: int, now: float) -> None:
-        """Adds arrivals at an instant, s of `time.monotonic()`."""
+        """Adds arrivals at an instant, s of `clock.now()`."""
         if count and self.began is None:
             self.began = now
         elif count:

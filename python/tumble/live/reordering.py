@@ -39,7 +39,7 @@ class ReorderBuffer:
         self._window = window
         self._held: Readings | None = None
         self._arrivals = np.empty(0)
-        """s of `time.monotonic()` at which each held sample came."""
+        """s of `clock.now()` at which each held sample came."""
         self._last = np.nan
         """Stamp of the newest sample that was given, s."""
         self._usual = np.nan
@@ -50,7 +50,7 @@ class ReorderBuffer:
     def push(self, readings: Readings, arrival: float) -> tuple[Readings, float]:
         """Adds samples with stamps in s; returns those that are ready, and the arrival of the last.
 
-        `arrival` is s of `time.monotonic()`.
+        `arrival` is s of `clock.now()`.
         """
         stamps = _stamps(readings)
         if self._held is None and self._is_in_order(stamps):
@@ -64,7 +64,7 @@ class ReorderBuffer:
         return self.due(arrival)
 
     def due(self, now: float) -> tuple[Readings, float]:
-        """Returns samples that have waited long enough at `now`, s of `time.monotonic()`; perhaps none."""
+        """Returns samples that have waited long enough at `now`, s of `clock.now()`; perhaps none."""
         if self._held is None:
             return NONE, now
         stamps = _stamps(self._held)

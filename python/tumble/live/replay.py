@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY
@@ -77,7 +77,7 @@ class ReplaySource(PolledSource):
         if math.isinf(self._speed):
             return self._given(chunk, self._done + PIECE_SAMPLES, None)
         up_to = int(np.searchsorted(chunk.time, self._due(), side="right"))
-        return self._given(chunk, up_to, time.monotonic()) if up_to > self._done else EMPTY
+        return self._given(chunk, up_to, clock.now()) if up_to > self._done else EMPTY
 
     def wait(self, longest: float) -> None:
         """Waits until the next sample is due, `longest` s at most."""
@@ -85,7 +85,7 @@ class ReplaySource(PolledSource):
             return
         ahead = (float(self._chunk.time[self._done]) - self._due()) / self._speed
         if ahead > 0.0:
-            time.sleep(min(longest, ahead))
+            clock.sleep(min(longest, ahead))
 
     def _unfinished(self) -> Chunk:
         """Returns the chunk that has samples left; raises `EOFError` after the last one."""
@@ -98,12 +98,12 @@ class ReplaySource(PolledSource):
         if self._chunk is None:
             raise EOFError
         if math.isnan(self._began):
-            self._began, self._start = time.monotonic(), float(self._chunk.time[0])
+            self._began, self._start = clock.now(), float(self._chunk.time[0])
         return self._chunk
 
     def _due(self) -> float:
         """Returns the time of the log that it is by now, s."""
-        return self._start + (time.monotonic() - self._began) * self._speed
+        return self._start + (clock.now() - self._began) * self._speed
 
     def _given(self, chunk: Chunk, up_to: int, arrival: float | None) -> LiveChunk:
         part = slice(self._done, up_to)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from types import TracebackType
@@ -14,6 +13,7 @@ from cyclonedds.core import Listener
 from cyclonedds.sub import DataReader
 from numpy.typing import NDArray
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
@@ -112,7 +112,7 @@ class Ros2Source(ConditionedSource):
                 raise LogError(_no_field(self._address, domain, named))
             return found
         # Topics of one driver are announced one after another.
-        time.sleep(ANNOUNCED_TOGETHER)
+        clock.sleep(ANNOUNCED_TOGETHER)
         beside = [each for each in domain.senders() if each.type == FIELD_TYPE and self._is_beside(each.name)]
         return min(
             beside, key=lambda each: (not each.name.startswith(f"{self.topic}/"), each.name), default=None
@@ -152,7 +152,7 @@ class Ros2Source(ConditionedSource):
             return EMPTY
         magnetic = None if self._fields is None else self._pairing.beside(_seconds(messages))
         readings = Readings(_samples(messages), magnetic=magnetic)
-        return self._conditioner.take(readings, self._facts(), time.monotonic())
+        return self._conditioner.take(readings, self._facts(), clock.now())
 
     def _facts(self) -> StreamFacts:
         return StreamFacts(

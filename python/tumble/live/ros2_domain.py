@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from threading import Lock
 from typing import ClassVar, TypeVar
@@ -16,6 +15,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address
 from tumble.live.ros2_names import IMU_TYPE, ros_domain
@@ -104,12 +104,12 @@ class Domain:
 
     def find(self, topic: str, kind: str = IMU_TYPE) -> Sender | None:
         """Waits `FOUND_WITHIN` s at most for somebody who sends the topic, messages of a type."""
-        until = time.monotonic() + FOUND_WITHIN
-        while time.monotonic() < until:
+        until = clock.now() + FOUND_WITHIN
+        while clock.now() < until:
             if found := [each for each in self.senders() if (each.name, each.type) == (topic, kind)]:
                 # A reader that asks for more than a sender offers receives nothing of it.
                 return min(found, key=lambda each: each.reliability == RELIABLE)
-            time.sleep(0.02)
+            clock.sleep(0.02)
         return None
 
     def reader(

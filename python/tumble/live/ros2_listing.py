@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 from cyclonedds.core import Listener
 
+from tumble.foundation import clock
 from tumble.live.address import Address
 from tumble.live.rate_watch import RateWatch
 from tumble.live.ros2_domain import FOUND_WITHIN, MOST_WAITING, Domain, Sender
@@ -21,10 +20,10 @@ def list_topics(address: Address) -> list[SentTopic]:
     """
     address.refuse_other_settings("domain")
     domain = Domain.join(address)
-    until = time.monotonic() + FOUND_WITHIN
-    while time.monotonic() < until:
+    until = clock.now() + FOUND_WITHIN
+    while clock.now() < until:
         domain.senders()
-        time.sleep(0.02)
+        clock.sleep(0.02)
     senders = domain.senders()
     rates = _rates(domain, [each for each in senders if each.type == IMU_TYPE])
     query = f"?domain={address.settings['domain']}" if "domain" in address.settings else ""
@@ -44,9 +43,9 @@ def _rates(domain: Domain, senders: list[Sender]) -> dict[Sender, float]:
     """Counts messages of each topic for `HEARD_FOR` s, from the first that comes."""
     readers = {each: domain.reader(each.name, each.reliability, Listener(), ImuMessage) for each in senders}  # type: ignore[no-untyped-call]
     watches = {each: RateWatch() for each in senders}
-    until = time.monotonic() + HEARD_FOR
-    while (now := time.monotonic()) < until:
+    until = clock.now() + HEARD_FOR
+    while (now := clock.now()) < until:
         for each, reader in readers.items():
             watches[each].push(len(reader.take(N=MOST_WAITING)), now)
-        time.sleep(0.01)
+        clock.sleep(0.01)
     return {each: watch.rate(now) for each, watch in watches.items()}

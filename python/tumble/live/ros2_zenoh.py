@@ -11,13 +11,13 @@ from __future__ import annotations
 import json
 import os
 import threading
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Final
 
 import zenoh
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.live.address import Address
@@ -115,10 +115,10 @@ class ZenohSource(MessageSource):
             key = imu_key(domain, self._field_topic, FIELD_TYPE)
             session.declare_subscriber(key, lambda sample: fields.put(bytes(sample.payload)))
         session.declare_subscriber(imu_key(domain, self.topic), take)
-        until = time.monotonic() + FOUND_WITHIN
+        until = clock.now() + FOUND_WITHIN
         senders: list[ZenohSender] = []
         # Senders that are no nodes of ROS, such as bridges, announce nothing, but their messages come.
-        while not come.wait(0.05) and time.monotonic() < until:
+        while not clock.wait(come, 0.05) and clock.now() < until:
             senders = _senders(session, domain)
             if any(each.topic == self.topic and each.type == IMU_TYPE for each in senders):
                 return
@@ -135,20 +135,20 @@ def list_topics(address: Address) -> list[SentTopic]:
     domain = ros_domain(address)
     session = _session(address)
     try:
-        until = time.monotonic() + FOUND_WITHIN
-        while not (senders := _senders(session, domain)) and time.monotonic() < until:
-            time.sleep(0.05)
+        until = clock.now() + FOUND_WITHIN
+        while not (senders := _senders(session, domain)) and clock.now() < until:
+            clock.sleep(0.05)
         imus = {each.topic for each in senders if each.type == IMU_TYPE}
         watches = {topic: RateWatch() for topic in imus}
 
         def watching(topic: str) -> Any:  # noqa: ANN401 - a callback
-            return lambda _sample: watches[topic].push(1, time.monotonic())
+            return lambda _sample: watches[topic].push(1, clock.now())
 
         for topic in imus:
             session.declare_subscriber(imu_key(domain, topic), watching(topic))
         if imus:
-            time.sleep(HEARD_FOR)
-        now = time.monotonic()
+            clock.sleep(HEARD_FOR)
+        now = clock.now()
     finally:
         session.close()  # type: ignore[no-untyped-call]
     query = "&".join(f"{key}={value}" for key, value in address.settings.items())

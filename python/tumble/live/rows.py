@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from time import monotonic
 from typing import Any, cast
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
@@ -116,7 +116,7 @@ class RowReader:
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
         self._read_at = -math.inf
-        """s of `time.monotonic()` at which the last row was read."""
+        """s of `clock.now()` at which the last row was read."""
         self._most_in_succession = MOST_UNREADABLE
         self._is_whole = whole
         self._no_imu: LogError | None = None
@@ -153,7 +153,7 @@ class RowReader:
         if not numbers:
             return None
         assert self._layout is not None, "rows are read once columns are known"
-        self._read_at = monotonic()
+        self._read_at = clock.now()
         return self._layout.readings(np.array(numbers, dtype=np.float64))
 
     def _numbers(self, row: LabelRow) -> list[list[float]]:
@@ -301,7 +301,7 @@ class RowReader:
         self._unreadable_in_succession = min(self._unreadable_in_succession + 1, self._most_in_succession)
         if (
             self._unreadable_in_succession >= MOST_UNREADABLE
-            and monotonic() - self._read_at >= UNREADABLE_SECONDS
+            and clock.now() - self._read_at >= UNREADABLE_SECONDS
         ):
             if self._no_imu is not None:
                 raise self._no_imu

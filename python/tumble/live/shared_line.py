@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
@@ -83,7 +83,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
         return self._conditioner.take(*found, self._arrival)
 
     def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
-        """Adds samples of all its units that came over the line at `arrival`, s of `time.monotonic()`."""
+        """Adds samples of all its units that came over the line at `arrival`, s of `clock.now()`."""
         self._waiting += parts
         self._arrival = arrival
 
@@ -107,7 +107,7 @@ class SharedLine(ABC, Generic[Part]):
         self._senders: set[object] = set()
         """Senders of the messages taken in last."""
         self._proven: dict[object, float] = {}
-        """s of `time.monotonic()` at which samples last came, by sender."""
+        """s of `clock.now()` at which samples last came, by sender."""
         self._has_piled_up = False
         """Indicates whether more came than was taken in at once."""
         self._shed = 0
@@ -146,7 +146,7 @@ class SharedLine(ABC, Generic[Part]):
         """
         try:
             if parts := self._come():
-                arrival = time.monotonic()
+                arrival = clock.now()
                 for unit in self.units:
                     unit.hand_over(parts, arrival)
         except (LogError, EOFError):
@@ -175,7 +175,7 @@ class SharedLine(ABC, Generic[Part]):
         return parts
 
     def _proven_of_late(self) -> set[object]:
-        now = time.monotonic()
+        now = clock.now()
         return {sender for sender, at in self._proven.items() if now - at < PROVEN_FOR}
 
     def _open(self) -> None:

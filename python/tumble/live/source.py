@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import select
-import time
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass, replace
@@ -12,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray
@@ -41,7 +40,7 @@ class LiveChunk(Chunk):
     moving: FloatArray | None = None
     """(n,) 1 where wheels turn, 0 where they stand, NaN where nobody knows; None where nobody ever does."""
     arrival: float | None = None
-    """s of `time.monotonic()` when they came; None where none came, or a log is read as fast as can be."""
+    """s of `clock.now()` when they came; None where none came, or a log is read as fast as can be."""
     sensor_time: FloatArray | None = None
     """(n,) s of the sensor's own clock, where `time` is that of another."""
     field: FloatArray | None = None
@@ -159,9 +158,9 @@ class PolledSource(ABC):
         """Waits until something may have come, `longest` s at most."""
         line = self.fileno()
         if line is None:
-            time.sleep(min(BETWEEN_LOOKS, longest))
+            clock.sleep(min(BETWEEN_LOOKS, longest))
         else:
-            select.select([line], [], [], longest)
+            clock.readable(line, longest)
 
     def __iter__(self) -> Iterator[LiveChunk]:
         while True:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import select
 import socket
 import stat
 import sys
@@ -12,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
@@ -121,7 +121,7 @@ class StandardInput:
     def receive(self) -> bytes:
         """Returns the bytes that have come; raises `EOFError` at their end."""
         assert self._line is not None, "standard input is read while it is open"
-        if not select.select([self._line], [], [], 0.0)[0]:
+        if not clock.readable(self._line, 0.0):
             return b""
         if piece := os.read(self._line, PIECE):
             return piece

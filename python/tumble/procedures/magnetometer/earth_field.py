@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import date, datetime, timezone
 
+from tumble.foundation import clock
 from tumble.foundation.errors import ProcedureError
 
 LARGEST_UNCERTAINTY = 20.0
@@ -63,9 +64,8 @@ def earth_field(
         return EarthField(None, 0.0, "free")
     if latitude is None:
         raise ProcedureError("--longitude needs --latitude to work out the Earth's field; give both")
-    return _by_model(
-        latitude, longitude, height or 0.0, day or datetime.now(timezone.utc).date(), uncertainty
-    )
+    today = datetime.fromtimestamp(clock.utc(), timezone.utc).date()
+    return _by_model(latitude, longitude, height or 0.0, day or today, uncertainty)
 
 
 def _by_model(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -133,7 +132,6 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         magnetometer: bool = False,
         procedure: SessionProcedure | None = None,
         resume: bool = False,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         _refuse_what_no_hand_shows(goal, orientations)
         (self.name,) = sources
@@ -147,7 +145,6 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
             so_far=MultiposeSoFar(),
             resume=resume,
             by_hand=True,
-            clock=clock,
         )
         self.guide = OrientationGuide(held)
         self._wanted = ORIENTATIONS if goal is None and orientations is None else orientations

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -12,6 +11,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tumble.acquisition.acquire import acquire
+from tumble.foundation import clock
 from tumble.foundation.goal import GoalProgress
 from tumble.foundation.recording import Chunk
 from tumble.foundation.units import TRIADS
@@ -85,7 +85,6 @@ class LiveNoise(LiveProcedure[NoiseStep, NoiseSoFar]):
         wanted: float | None = None,
         procedure: SessionProcedure | None = None,
         resume: bool = False,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(
             units,
@@ -96,9 +95,7 @@ class LiveNoise(LiveProcedure[NoiseStep, NoiseSoFar]):
             procedure=procedure or SessionProcedure(name="noise"),
             so_far=NoiseSoFar({}),
             resume=resume,
-            clock=clock,
         )
-        self._clock = clock
         self._wanted = wanted
         self._samples = {name: _UnitSamples() for name in sources}
         self._looked_at, self._looked_when = 0.0, -math.inf
@@ -162,11 +159,11 @@ class LiveNoise(LiveProcedure[NoiseStep, NoiseSoFar]):
     @property
     def _is_due(self) -> bool:
         has_doubled = self._still_of_all >= 2.0 * max(self._looked_at, 0.5 * FEWEST_SECONDS)
-        waited = self._clock() - self._looked_when >= BETWEEN_LOOKS and self._finding.is_due
+        waited = clock.now() - self._looked_when >= BETWEEN_LOOKS and self._finding.is_due
         return self._still_of_all >= FEWEST_SECONDS and (has_doubled or waited)
 
     def _look(self) -> None:
-        self._looked_at, self._looked_when = self._still_of_all, self._clock()
+        self._looked_at, self._looked_when = self._still_of_all, clock.now()
         records = {name: unit.still.so_far() for name, unit in self._samples.items()}
         self._finding.begin(
             lambda: NoiseSoFar({name: channels_of(TRIADS, record()) for name, record in records.items()})

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from collections.abc import Sequence
 from types import TracebackType
 from typing import Literal, TypeAlias
 
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import FIRST_SAMPLE_WITHIN, HEARTBEAT, parse_address
 from tumble.live.labels import LabelledRow, LabelRow
@@ -56,7 +56,7 @@ class LiveAiding:
         self._rows = AidingRows(text, units, sigma=sigma, clock_rate=clock_rate, joined_midway=midway)
         self._heard: deque[Heard] = deque()
         self._left = threading.Event()
-        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread = clock.thread(self._listen)
 
     def __enter__(self) -> LiveAiding:
         self._line.__enter__()
@@ -68,7 +68,7 @@ class LiveAiding:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._left.set()
-        self._thread.join()
+        clock.wait(self._thread)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -84,7 +84,7 @@ class LiveAiding:
         return _AidingLine(line, parse_address(self.name), self._options)
 
     def _listen(self) -> None:
-        until = time.monotonic() + FIRST_SAMPLE_WITHIN
+        until = clock.now() + FIRST_SAMPLE_WITHIN
         try:
             while not self._left.is_set():
                 try:
@@ -92,7 +92,7 @@ class LiveAiding:
                 except LogError as error:
                     self._tell("lost", str(error))
                     self._reopen()
-                if not self._rows.used and (self._rows.objection or time.monotonic() > until):
+                if not self._rows.used and (self._rows.objection or clock.now() > until):
                     self._tell("silent", self._rows.objection or "has said nothing that is known")
                     until = float("inf")
         except EOFError:
@@ -105,7 +105,7 @@ class LiveAiding:
         """Opens the line anew, every second until it is there again or nobody listens any more."""
         self._line.__exit__(None, None, None)
         self._is_open = False
-        while not self._left.wait(RETRY):
+        while not clock.wait(self._left, RETRY):
             line = self._made()
             try:
                 line.__enter__()
@@ -117,17 +117,17 @@ class LiveAiding:
 
     def _tell(self, event: Literal["lost", "returned", "silent"], reason: str = "") -> None:
         figures = {"reason": reason} if reason else {}
-        self._heard.append(RedundancyEvent(time.monotonic(), self.name, event, figures))
+        self._heard.append(RedundancyEvent(clock.now(), self.name, event, figures))
 
 
 class _AidingLine(LineUnit[LabelledRow]):
     """A line whose rows are those of an aiding measurement, and of no IMU."""
 
     def come(self) -> tuple[list[LabelRow], float]:
-        """Waits a while for rows; returns them, and when they came, s of `time.monotonic()`."""
+        """Waits a while for rows; returns them, and when they came, s of `clock.now()`."""
         self._rows: list[LabelRow] = []
         if self.fileno() is None:
-            time.sleep(BETWEEN_LOOKS)
+            clock.sleep(BETWEEN_LOOKS)
         else:
             self.wait(HEARTBEAT)
         self.read()

@@ -65,7 +65,7 @@ class AidingRows:
         return tuple(filter(None, (self._clock.remark, unknown, left_out)))
 
     def read(self, rows: Sequence[LabelRow], arrival: float) -> Iterator[Aiding]:
-        """Returns the measurements of rows that came at `arrival`, s of `time.monotonic()`."""
+        """Returns the measurements of rows that came at `arrival`, s of `clock.now()`."""
         for row in rows:
             figures = self._figures(row)
             if figures is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from tumble.foundation import clock
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.log_time import LogTime
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, nothing_came
@@ -71,7 +71,6 @@ class LiveRedundancy:
         session: SessionWriter | None = None,
         measurements: Sequence[LiveAiding] = (),
         aiding_log: AidingLog | None = None,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._set = units
         self._monitor = monitor
@@ -79,7 +78,6 @@ class LiveRedundancy:
         self._session = session
         self._measurements = measurements
         self._aiding_log = aiding_log
-        self._clock = clock
         self._happened: list[SourceEvent] = []
         units.on_event = self._happened.append
         self._events: list[RedundancyEvent] = []
@@ -93,7 +91,7 @@ class LiveRedundancy:
         self._is_watching = units.is_replay
         """Indicates whether samples count: those before all units sent some are left out."""
         self._heard = -math.inf
-        """s of `time.monotonic()`: turn of the last sample."""
+        """s of `clock.now()`: turn of the last sample."""
         self._latest_turn = -math.inf
         """s after which the next sample has its turn."""
         self._stopped = False
@@ -120,7 +118,7 @@ class LiveRedundancy:
         with self._set as units, ExitStack() as listening:
             for aiding in self._measurements:
                 listening.enter_context(aiding)
-            self._began = report_at = self._clock()
+            self._began = report_at = clock.now()
             yield self._state()
             for name, chunk in units:
                 yield from self._of_sources()
@@ -128,7 +126,7 @@ class LiveRedundancy:
                 yield from self._take(name, chunk) if len(chunk) and self._counts(name) else self._wait()
                 if self._session is not None:
                     self._session.flush()
-                if (now := self._clock()) >= report_at + REPORT_EVERY:
+                if (now := clock.now()) >= report_at + REPORT_EVERY:
                     report_at = now
                     yield from self._never_heard(now)
                     yield self._state()
@@ -139,7 +137,7 @@ class LiveRedundancy:
                 if reason != "end of sources":
                     break
             yield from self._wait()
-            self._ended = self._clock()
+            self._ended = clock.now()
             if self._session is not None:
                 self._session.finish(reason, units.remarks, closed=self._ended)
         yield self._state()
@@ -167,7 +165,7 @@ class LiveRedundancy:
         """Returns whether samples of a unit count yet: the primary's are the first to."""
         if self._is_watching:
             return True
-        now = self._clock()
+        now = clock.now()
         since = self._waited_since = now if self._waited_since is None else self._waited_since
         primary = self._monitor.units[0]
         hears_primary = primary not in self._waiting_for
@@ -177,7 +175,7 @@ class LiveRedundancy:
         return self._is_watching
 
     def _take(self, name: str, chunk: LiveChunk) -> Iterator[RedundancyEvent]:
-        came = self._clock() if chunk.arrival is None else chunk.arrival
+        came = clock.now() if chunk.arrival is None else chunk.arrival
         # No two turns are alike, so that a recording has them in this order.
         turn = max(came, math.nextafter(self._latest_turn, math.inf))
         yield from self._note(self._tick(turn))
@@ -191,7 +189,7 @@ class LiveRedundancy:
             said = (output.time, output.specific_force, output.angular_rate)
             self._output.write(SetChunk(*said, unit=unit, source=output.units[unit], flags=output.flags))
         if chunk.arrival is not None and len(output):
-            self.delays.add([self._clock() - chunk.arrival])
+            self.delays.add([clock.now() - chunk.arrival])
         self._samples[name] += len(chunk)
         if self._session is not None:
             self._session.take(name, replace(chunk, arrival=turn))
@@ -201,7 +199,7 @@ class LiveRedundancy:
 
     def _wait(self) -> Iterator[RedundancyEvent]:
         """Reports the passing of time to the monitor though no samples come."""
-        now = self._clock()
+        now = clock.now()
         happened = self._tick(now)
         if happened:
             # Later samples come after this time.
@@ -262,7 +260,7 @@ class LiveRedundancy:
     def _elapsed(self) -> float:
         if self._set.is_replay and any(self._samples.values()):
             return self._monitor.newest - self._monitor.start
-        return self._clock() - self._began
+        return clock.now() - self._began
 
     def _state(self) -> SetState:
         rates = tuple(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, cast
 
@@ -14,6 +13,7 @@ from tumble import _core
 from tumble.acquisition.acquire import refuse_if_misread, rests_of, trace_of
 from tumble.acquisition.repetitions import frozen_stretches
 from tumble.calibration.document import Calibration
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
 from tumble.foundation.recording import Chunk, FloatArray
@@ -66,18 +66,14 @@ class SpinStep:
 class _Silence:
     """Duration without samples, by the clock on the wall."""
 
-    clock: Callable[[], float]
-    since: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.since = self.clock()
+    since: float = field(default_factory=clock.now)
 
     def end(self) -> None:
-        self.since = self.clock()
+        self.since = clock.now()
 
     @property
     def length(self) -> float:
-        return self.clock() - self.since
+        return clock.now() - self.since
 
 
 class LiveSpin:
@@ -97,12 +93,10 @@ class LiveSpin:
         serial: str = "",
         calibration: Calibration | None = None,
         precision: Precision = "f64",
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._source = source
         self._typed = typed or source.name
         self._serial = serial
-        self._clock = clock
         self._machine = SpinMachine(options, calibration=calibration, precision=precision)
         self._options = self._machine.options
         self._segmenter = _core.Segmenter()
@@ -121,7 +115,7 @@ class LiveSpin:
         did not do what was asked.
         """
         self._segmenter.begin_part("")
-        silence = _Silence(self._clock)
+        silence = _Silence()
         yield self._step(LISTENING)
         for chunk in self._source:
             if len(chunk):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -189,7 +188,6 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
         driver: Driver | None = None,
         procedure: SessionProcedure | None = None,
         resume: bool = False,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         if reference not in sources:
             raise ProcedureError(
@@ -206,7 +204,6 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
             procedure=procedure or SessionProcedure(name="turntable"),
             so_far=SoFar(),
             resume=resume,
-            clock=clock,
         )
         self._targets = tuple(name for name in sources if name != reference)
         self.guide = Guide.of(poses, pose_seconds, turns=turns, targets=self._targets)

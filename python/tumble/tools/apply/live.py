@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray
@@ -92,7 +92,7 @@ class LiveApply:
         return LiveApplied(self._samples, self._delays, self._warnings())
 
     def _correct(self, writer: Writer, is_over: Callable[[], bool]) -> None:
-        began = time.monotonic()
+        began = clock.now()
         for chunk in self._source:
             if is_over():
                 return
@@ -105,8 +105,8 @@ class LiveApply:
                 writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope, field=field))
                 self._samples += len(chunk)
                 if chunk.arrival is not None:
-                    self._delays.add([time.monotonic() - chunk.arrival])
-            elif not self._samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
+                    self._delays.add([clock.now() - chunk.arrival])
+            elif not self._samples and clock.now() - began > FIRST_SAMPLE_WITHIN:
                 raise nothing_came(self._source.name)
 
     def _corrected_field(self, chunk: LiveChunk) -> FloatArray | None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
@@ -60,7 +59,6 @@ class LiveProcedure(ABC, Generic[Step, Found]):
         so_far: Found,
         resume: bool,
         by_hand: bool = False,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.session = folder / SESSION_FOLDER
         self._goal = goal
@@ -79,7 +77,7 @@ class LiveProcedure(ABC, Generic[Step, Found]):
             by_hand=by_hand,
         )
         self._rest = RestUnderWay()
-        self._finding: Finding[Found] = Finding(clock)
+        self._finding: Finding[Found] = Finding()
         self._silent = Silence(lambda: units.listened)
         self._told: set[tuple[str, str]] = set()
         self._is_complete = False

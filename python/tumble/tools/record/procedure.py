@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tumble import _core
+from tumble.foundation import clock
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import LISTENING, Listening
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent
@@ -179,13 +179,13 @@ class Recorder:
         """
         reason: EndReason | None = None
         with self._set as units:
-            self._began = report_at = time.monotonic()
+            self._began = report_at = clock.now()
             yield self._step(LISTENING)
             for name, chunk in units:
                 yield from self._what_happened()
                 self._take(name, chunk, count)
                 self._writer.flush()
-                if (now := time.monotonic()) >= report_at + self._report_every:
+                if (now := clock.now()) >= report_at + self._report_every:
                     yield from self._silences()
                     yield self._step("progress")
                     report_at = now
@@ -220,7 +220,7 @@ class Recorder:
     def _elapsed(self) -> float:
         if self._set.is_replay:
             return max(0.0, self._newest - self._oldest)
-        return time.monotonic() - self._began
+        return clock.now() - self._began
 
     def _what_happened(self) -> Iterator[RecordStep]:
         while self._events:

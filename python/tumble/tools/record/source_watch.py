@@ -6,6 +6,7 @@ import math
 import threading
 from dataclasses import dataclass
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveSet, SourceEvent, open_set
 from tumble.logs.options import ReadOptions
@@ -44,13 +45,13 @@ class SourceWatch:
         self._address = address
         self._options = options or ReadOptions()
         self._ends = threading.Event()
-        self._thread = threading.Thread(target=self._work, name=f"watch {name}", daemon=True)
+        self._thread = clock.thread(self._work, name=f"watch {name}")
         self._thread.start()
 
     def close(self) -> None:
         """Ends it, and waits until the line is free."""
         self._ends.set()
-        self._thread.join()
+        clock.wait(self._thread)
 
     def _work(self) -> None:
         while not self._ends.is_set():
@@ -58,7 +59,7 @@ class SourceWatch:
                 self._read()
             except TumbleError as error:
                 self.state = SourceState("lost", trouble=str(error))
-            self._ends.wait(RETRY_AFTER)
+            clock.wait(self._ends, RETRY_AFTER)
 
     def _read(self) -> None:
         events: list[SourceEvent] = []

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, TypeAlias
 
 from tumble import _core
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.files import hold_folder, missing_folders, prepare_folder, remove_empty, remove_made
@@ -71,7 +71,7 @@ class _Unit:
 class SessionWriter:
     """Writes samples as they come: a context manager; call `take` and `flush` while they do, then `finish`.
 
-    `clock` is what times of samples are of, and `clock_rate` as in `Session`. With `resume` a session that is
+    `times` is the clock of the samples, and `clock_rate` as in `Session`. With `resume` a session that is
     there goes on; its units have to be the same. Left with an error, what was taken is written and the
     session ends as failed.
 
@@ -83,15 +83,15 @@ class SessionWriter:
         self,
         folder: Path,
         units: Mapping[str, RecordedUnit],
-        clock: SessionClock,
+        times: SessionClock,
         *,
         resume: bool = False,
         clock_rate: float = 1.0,
     ) -> None:
-        origin = time.time() - time.monotonic() if clock == "host" else 0.0
+        origin = clock.utc() - clock.now() if times == "host" else 0.0
         fresh = Session(
             started=date_now(),
-            clock=clock,
+            clock=times,
             clock_origin=origin,
             clock_rate=clock_rate,
             units=tuple(unit.described(name) for name, unit in units.items()),
@@ -116,10 +116,10 @@ class SessionWriter:
         }
         if resume:
             self._go_on()
-        self._disk = ThreadPoolExecutor(1)
+        self._disk = clock.executor("disk")
         """Writes: sources go on being read while the disk takes its time."""
         self._writing: Future[None] | None = None
-        self._flush_at = time.monotonic() + FLUSH_EVERY
+        self._flush_at = clock.now() + FLUSH_EVERY
         self._sources = {name: unit.source for name, unit in units.items()}
         self.bytes = 0
         """Bytes on disk."""
@@ -175,7 +175,7 @@ class SessionWriter:
 
         Raises `OutputError` where what was to be written before could not be.
         """
-        now = time.monotonic()
+        now = clock.now()
         if now < self._flush_at or (self._writing is not None and not self._writing.done()):
             return
         self._flush_at = now + FLUSH_EVERY
@@ -194,7 +194,7 @@ class SessionWriter:
         `remarks` are those on each unit, where they are not those of its source alone. `closed` is the time
         of the clock of arrivals, s, at which it ended; now by default.
         """
-        closed = (time.monotonic() if closed is None else closed) + self._shift
+        closed = (clock.now() if closed is None else closed) + self._shift
         self._wait()
         try:
             self._write(self._taken())
@@ -246,6 +246,7 @@ class SessionWriter:
         writing, self._writing = self._writing, None
         try:
             if writing is not None:
+                clock.wait(writing)
                 writing.result()
         except OutputError as error:
             raise _but_readable(error) from error

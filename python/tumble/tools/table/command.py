@@ -11,6 +11,7 @@ import typer
 from tumble.cli.abbreviations import AbbreviatingCommand, NumbersCommand
 from tumble.cli.screen import LISTED, print_document
 from tumble.cli.shared_options import JsonOption
+from tumble.foundation import clock
 from tumble.foundation.errors import TableError
 
 if TYPE_CHECKING:
@@ -147,8 +148,6 @@ def rate_command(
 
     Example: tumble table rate 36 --for 10 --table simulated:one-axis --armed
     """
-    import time
-
     with _opened(table, table_limits, armed) as opened:
         opened.rate(
             _figures(opened, "RATE", rates),
@@ -156,7 +155,7 @@ def rate_command(
         )
         if armed:
             opened.wait()
-            time.sleep(seconds)
+            clock.sleep(seconds)
     if armed:
         print("stopped")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.tools.table.axes import FREE, Axis, AxisLimits
@@ -68,7 +68,7 @@ class GuardedTable:
         self._enabled = False
         self._halted = False
         self._due = math.inf
-        """s of `time.monotonic` by which the motion under way has to have settled."""
+        """s of `clock.now()` by which the motion under way has to have settled."""
         self._target: FloatArray | None = None
         """(axes,) rad of the last motion to angles; None after a motion at rates or a stop."""
         self._handlers: dict[int, Any] = {}
@@ -153,7 +153,7 @@ class GuardedTable:
         settled = self._guarded(self._table.settled)
         self._check_angles()
         missed = list(self._missed()) if settled else []
-        if (not settled or missed) and self.armed and time.monotonic() > self._due:
+        if (not settled or missed) and self.armed and clock.now() > self._due:
             where = f"is at rest with {', '.join(missed)}" if missed else "has not settled in time"
             self._fail(TableError(f"{self.name}: {where}, and was stopped; is it blocked?"))
         return settled and not missed
@@ -161,7 +161,7 @@ class GuardedTable:
     def wait(self) -> None:
         """Waits until the last motion has ended; raises as `settled`."""
         while not self.settled():
-            time.sleep(POLL)
+            clock.sleep(POLL)
 
     def position(self) -> FloatArray:
         """Returns the angles, rad; NaN where the table does not report them."""
@@ -209,7 +209,7 @@ class GuardedTable:
         if not self._enabled:
             self._guarded(self._table.enable)
             self._enabled = True
-        self._due = time.monotonic() + PATIENCE * took + AT_LEAST
+        self._due = clock.now() + PATIENCE * took + AT_LEAST
         return True
 
     def _check_angles(self) -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from types import TracebackType
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.tools.table.axes import Axis, AxisLimits
@@ -46,7 +46,7 @@ def open_simulated(address: TableAddress) -> SimulatedTable:
     if preset not in PRESETS:
         raise TableError(f"{address.text}: no such table; known: {', '.join(PRESETS)}")
     speed = address.number("speed", 1.0)
-    return SimulatedTable(PRESETS[preset], lambda: speed * time.monotonic(), name=address.text)
+    return SimulatedTable(PRESETS[preset], lambda: speed * clock.now(), name=address.text)
 
 
 class SimulatedTable:
@@ -58,11 +58,11 @@ class SimulatedTable:
     remarks: tuple[str, ...] = ()
 
     def __init__(
-        self, axes: tuple[Axis, ...], clock: Callable[[], float] = time.monotonic, name: str = "simulated"
+        self, axes: tuple[Axis, ...], now: Callable[[], float] = clock.now, name: str = "simulated"
     ) -> None:
         self.name = name
         self.axes = axes
-        self._clock = clock
+        self._now = now
         self._motions = [AxisMotion() for _ in axes]
         self._lock = threading.Lock()
 
@@ -83,7 +83,7 @@ class SimulatedTable:
     def move(self, axes: slice, angles: FloatArray, rate: FloatArray, acceleration: FloatArray) -> None:
         """Starts to move some of the axes to their angles, as tables with a command an axis."""
         with self._lock:
-            now = self._clock()
+            now = self._now()
             each = zip(self._motions[axes], angles[axes], rate[axes], acceleration[axes], strict=True)
             for motion, *figures in each:
                 motion.goto(now, *map(float, figures))
@@ -95,7 +95,7 @@ class SimulatedTable:
     def turn(self, axes: slice, rates: FloatArray, acceleration: FloatArray) -> None:
         """Starts to turn some of the axes at their rates."""
         with self._lock:
-            now = self._clock()
+            now = self._now()
             for motion, *figures in zip(self._motions[axes], rates[axes], acceleration[axes], strict=True):
                 motion.turn(now, *map(float, figures))
 
@@ -106,11 +106,11 @@ class SimulatedTable:
     def settled(self) -> bool:
         """See `RateTable`."""
         with self._lock:
-            return all(motion.end <= self._clock() for motion in self._motions)
+            return all(motion.end <= self._now() for motion in self._motions)
 
     def position(self) -> FloatArray:
         """See `RateTable`."""
-        angles: FloatArray = self.states(np.array([self._clock()]))[0][0]
+        angles: FloatArray = self.states(np.array([self._now()]))[0][0]
         return angles
 
     def states(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.logs.optional import imported
@@ -54,7 +54,7 @@ class TextRateTable:
         self._line: Any = None
         self._rates = np.zeros(len(self.axes))
         self._at_speed = 0.0
-        """s of `time.monotonic` when a rate is reached, where the table cannot be asked."""
+        """s of `clock.now()` when a rate is reached, where the table cannot be asked."""
 
     def __enter__(self) -> TextRateTable:
         pyvisa = imported("pyvisa", self._address.text, "live")
@@ -97,13 +97,13 @@ class TextRateTable:
             raise TableError(f"{self.name}: has no command to turn at a rate; send it to an angle")
         self._command(commands.acceleration, acceleration=acceleration)
         self._command(commands.rate, rate=rates, acceleration=acceleration)
-        self._at_speed = time.monotonic() + float(np.max(np.abs(rates - self._rates) / acceleration))
+        self._at_speed = clock.now() + float(np.max(np.abs(rates - self._rates) / acceleration))
         self._rates = np.array(rates)
 
     def stop(self) -> None:
         """See `RateTable`."""
         slowest = np.array([axis.limits.acceleration for axis in self.axes])
-        self._at_speed = time.monotonic() + float(np.max(np.abs(self._rates) / slowest))
+        self._at_speed = clock.now() + float(np.max(np.abs(self._rates) / slowest))
         self._rates = np.zeros(len(self.axes))
         texts = self._each(self._profile.commands.stop)
         # Every axis is commanded before any answer is waited for, which may never come.
@@ -117,7 +117,7 @@ class TextRateTable:
         """See `RateTable`; a table that cannot be asked has when its ramp must be over."""
         query = self._profile.queries.settled
         if query is None:
-            return time.monotonic() >= self._at_speed
+            return clock.now() >= self._at_speed
         for reply in self._asked(query):
             try:
                 settled = query.is_settled(reply)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import threading
 from typing import TextIO
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.tools.simulate.live.procedure import LiveSimulation
 
 WANTED = "orientation wanted"
@@ -16,7 +16,7 @@ WANTED = "orientation wanted"
 
 def follow_events(simulation: LiveSimulation, events: TextIO) -> None:
     """Turns the hand of a bench by events, a line of JSON each; the bench ends where they end."""
-    threading.Thread(target=_obey, args=(simulation, events), name="told", daemon=True).start()
+    clock.thread(_obey, simulation, events, name="told").start()
 
 
 def _obey(simulation: LiveSimulation, events: TextIO) -> None:

@@ -7,13 +7,13 @@ import math
 import os
 import select
 import socket
-import time
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.foundation.files import link, remove_link
 from tumble.logs.mavlink_messages import DIALECT
 from tumble.logs.optional import imported
@@ -219,7 +219,7 @@ class PtyOutlet(_LineOutlet):
         self._path = path
         self._device: int | None = None
         self._opened = math.inf
-        """s of `time.monotonic` at which somebody opened it."""
+        """s of `clock.now()` at which somebody opened it."""
         self._is_named = False
         """Indicates whether the client that has it open received the names of the columns."""
         self.plug()
@@ -258,8 +258,8 @@ class PtyOutlet(_LineOutlet):
             self._opened = math.inf
             self._is_named = False
             return False
-        self._opened = min(self._opened, time.monotonic())
-        if not self._is_named and time.monotonic() - self._opened > BOOT:
+        self._opened = min(self._opened, clock.now())
+        if not self._is_named and clock.now() - self._opened > BOOT:
             self._is_named = True
             self._rest = b""
             self._put(HEADER.encode())

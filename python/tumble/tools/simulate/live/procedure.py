@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.live.address import CLOCK_RATE
 from tumble.tools.simulate.live.fault import LiveFault, refuse_unknown_units
 from tumble.tools.simulate.live.hand import JOINTS, Hand, joints_from_own, unit_in_hand
@@ -169,10 +169,10 @@ class LiveSimulation:
                 unit = LiveUnit(name, number, feed, self._outlet(number, name), self.scenario)
                 stack.callback(unit.close)
                 self._units.append(unit)
-            self._began = time.monotonic() if self._server is not None else 0.0
-            thread = threading.Thread(target=self._serve, name="bench", daemon=True)
+            self._began = clock.now() if self._server is not None else 0.0
+            thread = clock.thread(self._serve, name="bench")
             thread.start()
-            stack.callback(thread.join)
+            stack.callback(clock.wait, thread)
             stack.callback(self._ended.set)
             self._stack = stack.pop_all()
         return self
@@ -204,11 +204,11 @@ class LiveSimulation:
 
     def now(self) -> float:
         """Returns the bench's clock, s since it began."""
-        return self.scenario.speed * (time.monotonic() - self._began) if self._began else 0.0
+        return self.scenario.speed * (clock.now() - self._began) if self._began else 0.0
 
     def wait(self, timeout: float | None = None) -> bool:
         """Waits until it has ended, or for `timeout` s; whether it has ended."""
-        return self._ended.wait(timeout)
+        return clock.wait(self._ended, timeout)
 
     def stop(self) -> None:
         """Requests the end of the simulation."""
@@ -278,26 +278,26 @@ class LiveSimulation:
 
     def _rounds(self) -> Iterator[float]:
         self._await_listener()
-        due = time.monotonic()
+        due = clock.now()
         while not self._ended.is_set():
             now = self.now()
             yield min(now, self._end)
             if now >= self._end:
                 return
             due += TICK
-            wait = due - time.monotonic()
+            wait = due - clock.now()
             self.lag = max(self.lag, -wait)
             if wait > 0.0:
-                self._ended.wait(wait)
+                clock.wait(self._ended, wait)
             else:
-                due = time.monotonic()
+                due = clock.now()
 
     def _await_listener(self) -> None:
         """Begins once somebody listens: nobody holds still for a program that is not there yet."""
         if self._began:
             return
-        latest = time.monotonic() + self.scenario.end / self.scenario.speed
-        while not any(unit.is_heard() for unit in self._units) and time.monotonic() < latest:
-            if self._ended.wait(BETWEEN_PROBES):
+        latest = clock.now() + self.scenario.end / self.scenario.speed
+        while not any(unit.is_heard() for unit in self._units) and clock.now() < latest:
+            if clock.wait(self._ended, BETWEEN_PROBES):
                 return
-        self._began = time.monotonic()
+        self._began = clock.now()

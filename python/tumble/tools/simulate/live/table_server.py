@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.tools.simulate.scenario import ScenarioError
 from tumble.tools.table.profile import TableProfile, pattern, written
 from tumble.tools.table.simulated import SimulatedTable
@@ -52,7 +53,7 @@ class TableServer:
                 f"table at {host}:{port}: {error.strerror or error}; give another port"
             ) from error
         self.port: int = self._socket.getsockname()[1]
-        self._thread = threading.Thread(target=self._serve, name="table", daemon=True)
+        self._thread = clock.thread(self._serve, name="table")
 
     def __enter__(self) -> TableServer:
         self._thread.start()
@@ -62,7 +63,7 @@ class TableServer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._ended.set()
-        self._thread.join()
+        clock.wait(self._thread)
         self._socket.close()
 
     def answer(self, line: str) -> str:
@@ -137,13 +138,10 @@ class TableServer:
 
     def _serve(self) -> None:
         while not self._ended.is_set():
-            self._socket.settimeout(POLL)
-            try:
+            if clock.readable(self._socket.fileno(), POLL):
                 client, _ = self._socket.accept()
-            except TimeoutError:
-                continue
-            with client:
-                self._converse(client)
+                with client:
+                    self._converse(client)
 
     def _converse(self, client: socket.socket) -> None:
         line, text = self._profile.line, b""
@@ -151,7 +149,7 @@ class TableServer:
         with selectors.DefaultSelector() as selector:
             selector.register(client, selectors.EVENT_READ)
             while not self._ended.is_set():
-                if not selector.select(POLL):
+                if not clock.select(selector, POLL):
                     continue
                 try:
                     piece = client.recv(LONGEST_LINE)
