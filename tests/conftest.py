@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
+from simulated_clock import SimulatedClock
 
 # The duration of an example depends on the load of the computer.
 settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -35,6 +36,13 @@ def own_ports():
     """Two processes that run tests choose different ports."""
     with chosen_among_own():
         yield
+
+
+@pytest.fixture
+def simulated_clock():
+    """A clock whose time passes only while the test, and all that it starts, wait."""
+    with SimulatedClock() as simulated:
+        yield simulated
 
 
 @pytest.hookimpl(optionalhook=True)

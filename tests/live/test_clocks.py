@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from live_fixtures import HEADER, pieces_of, resting, samples_of, scripted, text_lines
+from simulated_clock import SimulatedClock
 from tumble.foundation.errors import LogError
-from tumble.live import shared_line
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
 
 COUNTER = 2**32
@@ -82,13 +80,13 @@ def test_samples_without_time_get_their_arrival_and_it_is_reported():
     assert any("time of their arrival" in remark or "of their arrival" in remark for remark in source.remarks)
 
 
-def test_a_pause_among_first_samples_without_time_costs_none(monkeypatch):
+def test_a_pause_among_first_samples_without_time_costs_none():
     table = resting(100)
-    # A reader that was kept from the processor for a second, a thousand times the usual step.
-    moments = iter(np.arange(1000) * 1e-3 + (np.arange(1000) > 30))
-    monkeypatch.setattr(shared_line, "time", SimpleNamespace(monotonic=lambda: next(moments)))
     lines = text_lines(table[:, 1:], header=HEADER.removeprefix("time,")).splitlines(keepends=True)
-    found = samples_of(scripted(lines))
+    # A reader that was kept from the processor for a second, a thousand times the usual step.
+    arrivals = np.arange(len(lines)) * 1e-3 + (np.arange(len(lines)) > 30)
+    with SimulatedClock():
+        found = samples_of(scripted(lines, arrivals=arrivals))
     assert np.array_equal(found[:, 1:], table[-len(found) :, 1:])
     assert len(found) > 90
 

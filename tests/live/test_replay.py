@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from live_fixtures import chunks_of, resting, samples_of, text_lines
+from tumble.foundation import clock
 from tumble.live import open_source
 from tumble.logs import ReadOptions
 
@@ -19,64 +20,44 @@ def log(tmp_path):
     return path
 
 
-@pytest.fixture
-def wall(monkeypatch):
-    """A clock on the wall that passes only while somebody sleeps."""
-
-    class Wall:
-        now = 1000.0
-        naps: list[float] = []  # noqa: RUF012 - one wall a test
-
-        def monotonic(self):
-            return self.now
-
-        def sleep(self, seconds):
-            self.naps.append(seconds)
-            self.now += max(seconds, 1e-4)
-
-    wall = Wall()
-    wall.naps = []
-    monkeypatch.setattr("tumble.live.replay.time", wall)
-    return wall
-
-
-def test_every_sample_is_replayed_whatever_the_speed(log, wall):
+def test_every_sample_is_replayed_whatever_the_speed(log, simulated_clock):
     for speed in ("max", "1", "0.5", "50"):
         assert np.array_equal(samples_of(open_source(f"replay:{log}?speed={speed}")), TABLE)
 
 
-def test_no_time_passes_at_full_speed(log, wall):
+def test_no_time_passes_at_full_speed(log, simulated_clock):
+    began = clock.now()
     assert len(chunks_of(open_source(f"replay:{log}?speed=max"))) > 1
-    assert wall.naps == []
+    assert clock.now() == began
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
-def test_a_log_takes_its_own_time_at_its_own_pace(log, wall, speed):
-    seen = []
+def test_a_log_takes_its_own_time_at_its_own_pace(log, simulated_clock, speed):
+    began = clock.now()
     with open_source(f"replay:{log}?speed={speed}") as source:
-        seen = [(wall.now - 1000.0, chunk.time[-1]) for chunk in source if len(chunk)]
+        seen = [(clock.now() - began, chunk.time[-1]) for chunk in source if len(chunk)]
     assert all(latest <= now * speed + 1e-9 for now, latest in seen)
-    assert wall.now - 1000.0 == pytest.approx(TABLE[-1, 0] / speed, abs=0.01)
+    assert clock.now() - began == pytest.approx(TABLE[-1, 0] / speed, abs=0.01)
 
 
-def test_a_log_is_asked_for_what_is_due_and_says_when_it_is_over(log, wall):
+def test_a_log_is_asked_for_what_is_due_and_says_when_it_is_over(log, simulated_clock):
     with open_source(f"replay:{log}") as source:
         assert source.fileno() is None
         assert source.read().time.tolist() == TABLE[:1, 0].tolist()
         assert len(source.read()) == 0
-        wall.sleep(TABLE[-1, 0])
+        clock.sleep(TABLE[-1, 0] + 1e-6)
         assert source.read().time.tolist() == TABLE[1:, 0].tolist()
         with pytest.raises(EOFError):
             source.read()
 
 
-def test_samples_are_paced_unless_a_log_is_read_at_full_speed(log, wall):
+def test_samples_are_paced_unless_a_log_is_read_at_full_speed(log, simulated_clock):
     arrivals = [chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}"))]
     assert arrivals == sorted(arrivals)
     assert {chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}?speed=max"))} == {None}
 
 
-def test_a_gap_in_a_log_is_a_silence(tmp_path, wall):
+def test_a_gap_in_a_log_is_a_silence(tmp_path, simulated_clock):
     table = TABLE.copy()
     table[50:, 0] += 3.0
     path = tmp_path / "gap.csv"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 from types import SimpleNamespace
@@ -11,9 +12,10 @@ import pytest
 
 from live_fixtures import pieces_of, scripted, serial_device, text_lines
 from spin_sessions import drive, record, still, turn
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, open_source
-from tumble.procedures.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, LiveSpinOptions
+from tumble.procedures.spin.live import PATIENCE, LiveSpin, LiveSpinOptions
 
 NOTHING = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -65,20 +67,10 @@ class Silence:
     def __exit__(self, *error): ...
 
     def __iter__(self):
-        yield from self._chunks
-        while True:
-            yield NOTHING
-
-
-class Wall:
-    """A clock that goes on by so many seconds each time it is looked at."""
-
-    def __init__(self, step):
-        self._now, self._step = 0.0, step
-
-    def __call__(self):
-        self._now += self._step
-        return self._now
+        for chunk in itertools.chain(self._chunks, itertools.repeat(NOTHING)):
+            if not len(chunk):
+                clock.sleep(PATIENCE / 8.0)
+            yield chunk
 
 
 def run(source, asked=None, **options):
@@ -236,9 +228,9 @@ def test_a_calibration_from_before_is_applied_first():
     assert np.allclose(after.accelerometer.b, before.accelerometer.b, atol=1e-4)
 
 
-def test_a_stream_that_stops_half_way_fails():
+def test_a_stream_that_stops_half_way_fails(simulated_clock):
     session = record([still(6.0), turn(2.5)], seed=13).part(12.0)
-    assert "samples stopped at 12.0 s" in refusal(Silence(Fed(session)), clock=Wall(0.01))
+    assert "samples stopped at 12.0 s" in refusal(Silence(Fed(session)))
 
 
 def test_a_stream_that_ends_half_way_fails():
@@ -246,16 +238,16 @@ def test_a_stream_that_ends_half_way_fails():
     assert "samples stopped at 12.0 s" in refusal(Fed(session))
 
 
-def test_a_stall_that_is_made_up_for_does_no_harm():
+def test_a_stall_that_is_made_up_for_does_no_harm(simulated_clock):
     session = record([still(6.0), turn(2.5)], seed=14)
     chunks = list(Fed(session))
     stalled = [*chunks[:100], *[NOTHING] * 5, *chunks[100:110], *[NOTHING] * 5, *chunks[110:]]
-    steps, _ = run(Silence(stalled), clock=Wall(PATIENCE / 8.0))
+    steps, _ = run(Silence(stalled))
     assert events(steps)[-1] == "done"
 
 
-def test_a_source_that_never_says_anything_is_given_up():
-    message = refusal(Silence([]), error=LogError, clock=Wall(FIRST_SAMPLE_WITHIN / 10.0))
+def test_a_source_that_never_says_anything_is_given_up(simulated_clock):
+    message = refusal(Silence([]), error=LogError)
     assert "no sample came in 15 s" in message
 
 
@@ -323,13 +315,12 @@ def test_remarks_on_the_stream_are_warnings_of_the_result():
     assert "left out 1 line without a sample" in result.warnings
 
 
-def test_device_without_a_clock_is_calibrated_by_arrival_times(monkeypatch):
+def test_device_without_a_clock_is_calibrated_by_arrival_times(simulated_clock):
     session = record([still(6.0), turn(2.5)], seed=23)
     delays = np.random.default_rng(23).uniform(0.0, 0.008, len(session.time))
-    arrivals = iter(np.concatenate([[0.0], session.time + delays]))
-    monkeypatch.setattr("tumble.live.shared_line.time.monotonic", lambda: next(arrivals))
+    arrivals = np.concatenate([[0.0], session.time + delays])
     lines = text_lines(session.table[:, 1:], header="ax,ay,az,gx,gy,gz").splitlines(keepends=True)
-    _, result = run(scripted(lines, whole=True))
+    _, result = run(scripted(lines, whole=True, arrivals=arrivals))
     assert any("that of their arrival is used" in warning for warning in result.warnings)
     assert np.allclose(result.accelerometer_bias.value, session.robot.accelerometer_bias, atol=0.02)
     assert np.allclose(result.gyroscope_bias.value, session.robot.gyroscope_bias, atol=1e-3)

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tumble.foundation import clock
 from tumble.live.address import parse_address
 from tumble.live.text import TextLine
 from tumble.logs import ReadOptions
@@ -28,14 +29,15 @@ class ScriptIsOverError(Exception):
 
 
 class Scripted:
-    """A transport that carries these pieces, then nothing more."""
+    """A transport that carries these pieces, each at its time of arrival, then nothing more."""
 
     notices = ()
     reorder_window = 0.0
     unread = 0
     sender = None
 
-    def __init__(self, pieces, whole=False):
+    def __init__(self, pieces, whole=False, arrivals=()):
+        self._arrivals, self._began = iter(arrivals), clock.now()
         self.whole = whole
         self.joined_midway = not whole
         self.sent = []
@@ -52,6 +54,8 @@ class Scripted:
             return b""
         if not self._pieces:
             raise ScriptIsOverError
+        if (arrival := next(self._arrivals, None)) is not None:
+            clock.sleep(max(0.0, self._began + arrival - clock.now()))
         return self._pieces.pop(0)
 
     def send(self, data):
@@ -63,15 +67,15 @@ class Scripted:
     def __exit__(self, *error): ...
 
 
-def scripted(pieces, whole=False, **options):
+def scripted(pieces, whole=False, arrivals=(), **options):
     """A text source that reads these pieces."""
-    return scripted_units(pieces, [None], whole, **options)[0]
+    return scripted_units(pieces, [None], whole, arrivals, **options)[0]
 
 
-def scripted_units(pieces, units, whole=False, **options):
+def scripted_units(pieces, units, whole=False, arrivals=(), **options):
     """A text source for each of these units, which read these pieces together."""
     text, read = "udp://test:1" if whole else "serial:/dev/test", ReadOptions(**options)
-    line = TextLine(parse_address(text), read, Scripted(pieces, whole), "test")
+    line = TextLine(parse_address(text), read, Scripted(pieces, whole, arrivals), "test")
     return [line.unit(replace(parse_address(text), unit=unit), read) for unit in units]
 
 
