@@ -80,8 +80,12 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "ba
 A folder `report` holds its pages, all other files are the procedure.
 """
 
+READING = {"bounded_json", "file_status", "file_reading"}
+"""Doors through which all files and all JSON of others come."""
+
 DATA = {
     "message",
+    *READING,
     *("clock", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"),
     "plain",
     *(
@@ -127,17 +131,20 @@ LAYERS: dict[str, set[str]] = {
     "numbers": set(),
     "message": set(),
     "translation": {"catalogue", "errors"},
-    "catalogue": set(),
+    "catalogue": READING,
     "units": set(),
     "words": set(),
     "clock_skew": set(),
     "body_axes": set(),
     "errors": {"words"},
     "folder_lock": {"errors"},
-    "files": {"errors", "words", "folder_lock", "debugging"},
+    "file_status": {"errors"},
+    "bounded_json": set(),
+    "file_reading": {"errors", "file_status", "files"},
+    "files": {"errors", "words", "folder_lock", "debugging", "file_status"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names"},
-    "project_file": {"errors", "files", "words"},
+    "project_file": READING | {"errors", "words"},
     "arrays": {"errors"},
     "magnetic": {"arrays", "errors", "words"},
     "recording": {"errors", "arrays", "frames", "magnetic", "units", "words"},
@@ -150,9 +157,9 @@ LAYERS: dict[str, set[str]] = {
     "printed": {"field_docstrings"},
     "debugging": set(),
     "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
-    | {"schemas", "words"},
+    | {"schemas", "words", "file_reading"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"clock", "errors", "files", "folder_lock", "log_time"},
+    "provenance": {"clock", "errors", "files", "file_status", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
@@ -161,7 +168,8 @@ LAYERS: dict[str, set[str]] = {
     "calibration": DATA | {"_core"},
     "poses": DATA | {"_core"},
     "to_calibration": DATA | {"result", "calibration"},
-    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
+    "logs": READING
+    | {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
     | {"body_axes", "log_time", "magnetic", "debugging", "_core"},
     "live": {
@@ -176,7 +184,8 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "bounded_yaml",
     }
-    | {"clock", "clock_skew", "debugging", "magnetic"},
+    | {"clock", "clock_skew", "debugging", "magnetic"}
+    | READING,
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "_core"},
     "procedure": DATA
@@ -232,6 +241,19 @@ NO_MATHEMATICS = {"numpy", "scipy"}
 ON_THE_COMMAND_LINE = {"cli", "command"}
 
 LABORATORY_CRATE = ROOT / "crates" / "tumble-lab" / "src"
+
+DOORS = {
+    "exists": "file_status",
+    "is_file": "file_status",
+    "is_dir": "file_status",
+    "is_symlink": "file_status",
+    "is_fifo": "file_status",
+    "read_bytes": "file_reading",
+    "read_text": "file_reading",
+    "json.load": "bounded_json",
+    "json.loads": "bounded_json",
+}
+"""Methods and functions that only one module of the foundation calls: others raise for what a user can do."""
 
 RUST_TYPE = r"^(?: *pub(?:\([\w: ]+\))? )?(?:struct|enum|union|trait|type) (\w+)"
 """Definition of a type, with its name; public ones stand within macros too."""
@@ -319,6 +341,23 @@ def python_breaches() -> Iterator[str]:
                 yield f"{where}: the command line holds no mathematics, so has no use for {top}"
     yield from _circles(rooms)
     yield from _circles(folders)
+
+
+def door_breaches(package: Path | None = None) -> Iterator[str]:
+    """Finds files that are looked for or read, and JSON that is read, past the module that bounds it."""
+    package = package or PACKAGE
+    for path in sorted(package.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+                continue
+            name = node.func.attr
+            if isinstance(node.func.value, ast.Name) and node.func.value.id == "json":
+                name = f"json.{name}"
+            if (door := DOORS.get(name)) and path.stem != door:
+                yield (
+                    f"{path.relative_to(package)}:{node.end_lineno}: calls {name}; "
+                    f"tumble.foundation.{door} does so for all"
+                )
 
 
 def name_breaches(package: Path = PACKAGE) -> Iterator[str]:
@@ -449,7 +488,7 @@ def _absolute(path: Path, node: ast.ImportFrom) -> str:
 def main() -> int:
     """Prints every breach; 1 if there was any."""
     of_rust = [*rust_breaches(), *rust_name_breaches(), *rust_circles()]
-    breaches = [*of_rust, *python_breaches(), *name_breaches()]
+    breaches = [*of_rust, *python_breaches(), *name_breaches(), *door_breaches()]
     for breach in breaches:
         print(breach, file=sys.stderr)
     print(f"layers: {len(breaches)} breaches" if breaches else "layers: every import points up the page")

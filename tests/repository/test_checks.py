@@ -304,3 +304,21 @@ def test_no_test_is_skipped_for_want_of_a_library():
     word = "import" + "orskip"
     skipping = [path for path in (ROOT / "tests").rglob("*.py") if word in path.read_text(encoding="utf-8")]
     assert skipping == []
+
+
+def test_files_and_json_come_through_one_door(tmp_path):
+    module = script("check_layers")
+    for name, source in {
+        "logs/csv.py": "import json\n\nPATH.exists()\njson.loads(PATH.read_text())\n",
+        "foundation/file_status.py": "PATH.exists()\n",
+        "foundation/bounded_json.py": "import json\n\njson.loads(TEXT)\n",
+    }.items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(source)
+    assert [each.partition(";")[0] for each in module.door_breaches(tmp_path)] == [
+        "logs/csv.py:3: calls exists",
+        "logs/csv.py:4: calls json.loads",
+        "logs/csv.py:4: calls read_text",
+    ]
+    assert list(module.door_breaches()) == []

@@ -21,7 +21,11 @@ from tumble.bench.settings import BenchSettings
 from tumble.bench.simulated import SimulatedBench
 from tumble.bench.sources import BenchSource, BenchSources
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import is_file
 from tumble.foundation.files import FileKind, prepare_folder, write_text
 from tumble.foundation.message import message
 from tumble.foundation.plain import finite
@@ -238,9 +242,7 @@ class Bench:
 
     def files(self) -> list[str]:
         """Returns the names of files in the folder that an operator may choose, such as limits."""
-        found = {
-            path.name for pattern in CHOSEN_FILES for path in self.folder.glob(pattern) if path.is_file()
-        }
+        found = {path.name for pattern in CHOSEN_FILES for path in self.folder.glob(pattern) if is_file(path)}
         return sorted(found)
 
     def close(self) -> None:
@@ -326,10 +328,10 @@ class Bench:
         """Reads what was stored; sources of a simulation are those of now."""
         kept: dict[str, Any] = {}
         try:
-            kept = json.loads((self.folder / STATE).read_text(encoding="utf-8"))
+            kept = parse_json(read_whole(self.folder / STATE, LARGEST_DOCUMENT))
             sources = [BenchSource(**each) for each in kept["sources"]]
             choice = RunChoice(**kept["choice"] | {"table": TableChoice(**kept["choice"]["table"])})
-        except (OSError, ValueError, KeyError, TypeError):
+        except (TumbleError, ValueError, KeyError, TypeError):
             # A first start, or a file of another version: nothing is lost but what can be typed again.
             sources, choice = [], self.choice
         if choice.word in (kind.word for kind in self.kinds):

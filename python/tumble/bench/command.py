@@ -14,6 +14,7 @@ from tumble.cli.registry_option import RegistryOption
 from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption, MakerOptions, RateOption
 from tumble.foundation.errors import CommandError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.logs.optional import install_command
 
 if TYPE_CHECKING:
@@ -80,9 +81,9 @@ def bench_command(
     if (certificate is None) != (key is None):
         raise CommandError("--certificate and --key belong together; give both, or neither")
     for path in (certificate, key):
-        if path is not None and not path.is_file():
+        if path is not None and not is_file(path):
             raise CommandError(f"{path}: no such file; give the certificate and its key as PEM")
-    if fleet is not None and not fleet.is_dir():
+    if fleet is not None and not is_folder(fleet):
         raise CommandError(f"{fleet}: no such folder; give the one with the job files")
     server, bench_module = _needed("server"), _needed("bench")
     settings = BenchSettings(

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from nicegui import ui
 
+from tumble.foundation.file_reading import own_text
+
 _SCRIPT = Path(__file__).parent / "static" / "connecting.js"
 _STYLE = """
 .connecting { position: fixed; inset: 0 0 auto 0; z-index: 9500; padding: 18px 28px;
@@ -18,5 +20,5 @@ body.connected .connecting { display: none; }
 
 def add_connecting(text: str) -> None:
     """Shows a text, such as `Connecting …`, until the page is connected, and takes no clicks until then."""
-    ui.add_head_html(f"<style>{_STYLE}</style><script>{_SCRIPT.read_text(encoding='utf-8')}</script>")
+    ui.add_head_html(f"<style>{_STYLE}</style><script>{own_text(_SCRIPT)}</script>")
     ui.add_body_html(f'<div class="connecting" role="status">{escape(text)}</div>')

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.schemas import FLEET_JOB, schema_in
 from tumble.logs.optional import install_command
 
@@ -106,7 +107,7 @@ class FleetView:
     def _files(self) -> Iterator[Path]:
         for pattern in JOB_FILES:
             for path in self._folder.glob(pattern):
-                if path.is_file() and _is_job(path):
+                if is_file(path) and _is_job(path):
                     yield path
 
     def _seen(self, path: Path) -> SeenJob:

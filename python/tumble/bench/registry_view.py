@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_reading import own_text
 from tumble.foundation.project_file import project_settings
 from tumble.foundation.provenance import date_now
 from tumble.logs.optional import install_command
@@ -123,7 +124,7 @@ class RegistryView:
         """Returns the page of two results that were held against each other."""
         found = self.compared([self._result(each) for each in (first, second)])
         with tempfile.TemporaryDirectory() as folder:
-            return found.save(folder)["report"].read_text(encoding="utf-8")
+            return own_text(found.save(folder)["report"])
 
     def _result(self, result: str) -> ComparedResult:
         shown = self._registry.show(result)

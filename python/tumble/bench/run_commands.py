@@ -9,7 +9,12 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.documents import LARGEST_DOCUMENT
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import is_folder
 from tumble.foundation.files import append_line
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
@@ -41,7 +46,7 @@ class CommandLog:
 
     def add(self, command: str, subject: str = "", elapsed: float = float("nan")) -> None:
         """Stores a command; raises `OutputError` where the file cannot be written."""
-        if not self._path.parent.is_dir():
+        if not is_folder(self._path.parent):
             return
         given = GivenCommand(command, subject, elapsed, date_now())
         append_line(self._path, json.dumps(finite(asdict(given))))
@@ -49,8 +54,8 @@ class CommandLog:
     def commands(self) -> list[GivenCommand]:
         """Returns the commands in their order; a line that a power cut left unfinished is none."""
         try:
-            lines = self._path.read_text(encoding="utf-8").splitlines()
-        except (OSError, UnicodeDecodeError):
+            lines = read_text_whole(self._path, LARGEST_DOCUMENT).splitlines()
+        except TumbleError:
             return []
         return [found for line in lines if (found := _command(line)) is not None]
 
@@ -67,7 +72,7 @@ class CommandLog:
 
 def _command(line: str) -> GivenCommand | None:
     try:
-        content = json.loads(line)
+        content = parse_json(line)
         elapsed = content.pop("elapsed")
         return GivenCommand(**content, elapsed=float("nan") if elapsed is None else float(elapsed))
     except (ValueError, KeyError, TypeError, AttributeError):

@@ -15,7 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.documents import LARGEST_DOCUMENT
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import exists, is_file, is_folder
 from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
@@ -41,12 +46,12 @@ class RunFolder:
     @property
     def has_recording(self) -> bool:
         """Returns whether anything was recorded."""
-        return (self.path / SESSION_FOLDER / SESSION_FILE).is_file()
+        return is_file(self.path / SESSION_FOLDER / SESSION_FILE)
 
     @property
     def is_finished(self) -> bool:
         """Returns whether its results are written."""
-        return (self.path / OUTCOME).is_file()
+        return is_file(self.path / OUTCOME)
 
     @classmethod
     def begin(cls, folder: Path, word: str, order: RunOrder) -> RunFolder:
@@ -61,9 +66,9 @@ class RunFolder:
     def load(cls, path: Path) -> RunFolder | None:
         """Reads the folder of a run; None where it is none, or is damaged."""
         try:
-            content: dict[str, Any] = json.loads((path / ORDER).read_text(encoding="utf-8"))
+            content: dict[str, Any] = parse_json(read_whole(path / ORDER, LARGEST_DOCUMENT))
             return cls(path, str(content["word"]), _order(path, content["order"]))
-        except (OSError, ValueError, KeyError, TypeError):
+        except (TumbleError, ValueError, KeyError, TypeError):
             return None
 
     def keep_outcome(self, outcome: RunOutcome, decision: str = "") -> None:
@@ -74,9 +79,9 @@ class RunFolder:
     def outcome(self) -> tuple[RunOutcome, str] | None:
         """Returns the outcome and the decision on it; None where there is none, or it is damaged."""
         try:
-            content: dict[str, Any] = json.loads((self.path / OUTCOME).read_text(encoding="utf-8"))
+            content: dict[str, Any] = parse_json(read_whole(self.path / OUTCOME, LARGEST_DOCUMENT))
             return _outcome(self.path, content["outcome"]), str(content["decision"])
-        except (OSError, ValueError, KeyError, TypeError):
+        except (TumbleError, ValueError, KeyError, TypeError):
             return None
 
     def remove_if_empty(self) -> None:
@@ -100,9 +105,9 @@ class RunFolder:
 
 def runs_in(folder: Path) -> list[RunFolder]:
     """Returns the runs below a folder, the latest first."""
-    if not folder.is_dir():
+    if not is_folder(folder):
         return []
-    found = (RunFolder.load(path) for path in folder.iterdir() if path.is_dir())
+    found = (RunFolder.load(path) for path in folder.iterdir() if is_folder(path))
     return sorted((run for run in found if run is not None), key=lambda run: _age(run.path), reverse=True)
 
 
@@ -117,7 +122,7 @@ def _age(path: Path) -> tuple[float, str]:
 
 
 def _free(folder: Path, stem: str) -> Path:
-    return next(path for n in range(1, 1 << 20) if not (path := folder / f"{stem}_{n}").exists())
+    return next(path for n in range(1, 1 << 20) if not exists(path := folder / f"{stem}_{n}"))
 
 
 def _disarmed(table: TableOrder | None) -> TableOrder | None:

@@ -27,6 +27,7 @@ from tumble.bench.settings import BenchSettings
 from tumble.foundation import clock
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
+from tumble.foundation.file_status import is_file
 
 STATIC = Path(__file__).parent / "static"
 REPORTS = (".html", ".pdf", ".xml", ".yaml", ".csv", ".json")
@@ -204,6 +205,6 @@ def _file(bench: Bench, run: str, name: str) -> Response:
     if folder is None or "/" in name or name == SESSION_FOLDER or Path(name).suffix not in REPORTS:
         return Response("no such file", 404)
     path = folder / name
-    if not path.is_file() or path.resolve().parent != folder.resolve():
+    if not is_file(path) or path.resolve().parent != folder.resolve():
         return Response("no such file", 404)
     return FileResponse(path)

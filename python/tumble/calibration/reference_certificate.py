@@ -32,6 +32,7 @@ from tumble.foundation.error_decomposition import (
     non_orthogonality,
 )
 from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.files import note_input
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
@@ -396,7 +397,7 @@ READERS: Mapping[str, Callable[[Path | str, Path | None], SignedReference]] = {
 
 def _kind_of(path: Path) -> str:
     """Returns the kind of a file by its first bytes: yaml where they are of no other kind."""
-    if not path.is_file():
+    if not is_file(path):
         return "yaml"
     note_input(path)
     with path.open("rb") as file:

@@ -9,6 +9,7 @@ import typer
 
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.file_status import is_file
 from tumble.foundation.log_formats import stem_of
 from tumble.logs.spec import parse_spec
 
@@ -60,4 +61,4 @@ def file_named_after(name: str, format_name: str) -> Path:
 def folder_for(source: str) -> Path:
     """Folder for what is found in LOG or LOG:NAME; raises `LogError` where there is no such log."""
     path = parse_spec(source).path.resolve()
-    return folder_named_after(stem_of(path) if path.is_file() else path.name)
+    return folder_named_after(stem_of(path) if is_file(path) else path.name)

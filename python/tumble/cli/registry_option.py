@@ -15,6 +15,7 @@ import typer
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.options import OptionsAround
 from tumble.foundation.errors import CommandError, TumbleError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.files import files_written
 from tumble.foundation.words import count_of
 from tumble.logs.optional import install_command
@@ -92,7 +93,7 @@ def _entered(address: str) -> bool:
     """Enter what was written; where that cannot be done, print how to do it later and return False."""
     from tumble.foundation.project_file import project_settings
 
-    written = [path for path in files_written() if path.is_file()]
+    written = [path for path in files_written() if is_file(path)]
     stated = {setting.name: setting.value for setting in project_settings().values()}
     try:
         added = laboratory("entering").enter_written(address, written, stated)

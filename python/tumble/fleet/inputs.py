@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import matching, shown, version_at
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.words import quoted
 
@@ -94,7 +95,7 @@ class InputList:
         """Yields all inputs; one pass at a time."""
         self._file.seek(0)
         for line in self._file:
-            yield FleetInput(*json.loads(line))
+            yield FleetInput(*parse_json(line))
 
     def close(self) -> None:
         """Removes the file."""
@@ -217,7 +218,7 @@ def _options(manifest: str, number: int, row: Mapping[str, Any]) -> dict[str, An
     if not text:
         return {}
     try:
-        options = json.loads(text)
+        options = parse_json(text)
     except (TypeError, ValueError):
         options = None
     if not isinstance(options, dict):

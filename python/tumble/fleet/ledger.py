@@ -11,6 +11,7 @@ from typing import Any
 from tumble import _core
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import FileStore
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.provenance import date_now
 
@@ -135,7 +136,7 @@ def forget_cancelling(results: FileStore) -> None:
 
 def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:
     try:
-        found = json.loads(content)
+        found = parse_json(content)
     except ValueError:
         found = None
     if not isinstance(found, dict):

@@ -23,7 +23,10 @@ from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore, fetched, shown
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import files_of_command, make_folder
 from tumble.foundation.plain import finite
 from tumble.report.page import without_pages
@@ -33,6 +36,8 @@ TRIES = 3
 _PAUSE = 0.3
 """s before another try; twice as long before each further one."""
 _LONGEST_MESSAGE = 10_000
+_LARGEST_RESULT = 1 << 28
+"""Bytes of a file that a command wrote."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +195,7 @@ def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
     messages = _without_paths(run.messages, folder.parent)
     if run.failure:
         return replace(_failure(row, _without_paths(run.failure, folder.parent)), messages=messages)
-    summary = json.loads(run.output)
+    summary = parse_json(run.output)
     summary.pop("files", None)
     documents = tuple(_documents(folder))
     found = list(_results(folder, documents, run.written))
@@ -207,9 +212,9 @@ def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
 
 
 def _documents(folder: Path) -> Iterator[dict[str, str]]:
-    for path in sorted(folder.rglob("*")) if folder.is_dir() else ():
-        if path.is_file() and path.suffix in (".yaml", ".csv", ".jsonl", ".json"):
-            content = path.read_bytes()
+    for path in sorted(folder.rglob("*")) if is_folder(folder) else ():
+        if is_file(path) and path.suffix in (".yaml", ".csv", ".jsonl", ".json"):
+            content = read_whole(path, _LARGEST_RESULT, "result")
             yield {
                 "name": path.relative_to(folder).as_posix(),
                 "sha256": hashlib.sha256(content).hexdigest(),

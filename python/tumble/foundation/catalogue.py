@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import TypeAlias
+
+from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.file_reading import own_text
 
 FOLDER = Path(__file__).parents[1] / "locale"
 PLACE = re.compile(r"\{(\w+)\}")
@@ -252,7 +254,7 @@ def read_catalogue(path: Path) -> Iterator[CatalogueText]:
 
     Source: https://www.gnu.org/software/gettext/manual/html_node/PO-Files.html.
     """
-    for block in path.read_text(encoding="utf-8").split("\n\n"):
+    for block in own_text(path).split("\n\n"):
         fields: dict[str, str] = {}
         key, fuzzy = "", False
         for line in block.splitlines():
@@ -263,7 +265,7 @@ def read_catalogue(path: Path) -> Iterator[CatalogueText]:
                 key, _, line = line.partition(" ")
                 fields[key] = ""
             if line:
-                fields[key] += json.loads(line)
+                fields[key] += parse_json(line)
         if fields.get("msgid"):
             yield CatalogueText(
                 fields["msgid"],

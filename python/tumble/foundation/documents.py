@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -29,7 +28,8 @@ from pydantic_core import CoreSchema, core_schema
 from tumble.foundation.bounded_yaml import parse, problem_in_words
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.field_docstrings import field_docstrings
-from tumble.foundation.files import FileKind, name_too_long, note_input, write_text
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.files import FileKind, write_text
 from tumble.foundation.log_formats import has_log_ending
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
@@ -165,8 +165,6 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
         raise CalibrationFileError(f"{short(path)}: is no path but {kind}; give the path of a {schema.what}")
     path = Path(path)
     remedy = f"see tumble schema {schema.name}"
-    if too_long := name_too_long(path):
-        raise CalibrationFileError(too_long)
     try:
         node, data = _read_mapping(path, schema.what, remedy)
     except CalibrationFileError as error:
@@ -186,33 +184,16 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
 
 def _read_mapping(path: Path, what: str, remedy: str) -> tuple[yaml.Node | None, Mapping[Any, Any]]:
     try:
-        node, data = parse(_read_text(path, what))
+        text = read_text_whole(
+            path, LARGEST_DOCUMENT, what, remedy="check the path", error=CalibrationFileError
+        )
+        node, data = parse(text)
     except yaml.YAMLError as error:
         raise CalibrationFileError(f"{path}: {problem_in_words(error)}; correct the YAML there") from error
     if not isinstance(data, Mapping):
         found = "an empty file" if data is None else short(data)
         raise CalibrationFileError(f"{path}: not a {what}: {found} where keys are needed; {remedy}")
     return node, data
-
-
-def _read_text(path: Path, what: str) -> str:
-    try:
-        status = path.stat()
-        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-            raise CalibrationFileError(f"{path}: is a device or a pipe, not a {what}; give a file")
-        note_input(path)
-        with path.open("rb") as file:
-            content = file.read(LARGEST_DOCUMENT + 1)
-        if len(content) > LARGEST_DOCUMENT:
-            raise CalibrationFileError(
-                f"{path}: is larger than {LARGEST_DOCUMENT >> 20} MiB, so it is no {what}; check the path"
-            )
-        return content.decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise CalibrationFileError(f"{path}: no such {what}; check the path") from error
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text"
-        raise CalibrationFileError(f"{path}: cannot be read as a {what}: {reason}") from error
 
 
 def document_kind(schema: str) -> FileKind:

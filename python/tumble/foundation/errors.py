@@ -30,6 +30,10 @@ class CommandError(TumbleError):
     """A command line that lacks an argument, or holds an unknown option or value."""
 
 
+class PlaceError(TumbleError):
+    """A file or folder that cannot be looked at or read."""
+
+
 class LogError(TumbleError):
     """A log cannot be read, or holds data of no IMU."""
 

@@ -21,17 +21,13 @@ from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.foundation.debugging import debug
 from tumble.foundation.errors import OutputError
+from tumble.foundation.file_status import exists, is_file, is_folder, is_link, is_special
 from tumble.foundation.folder_lock import FolderLock
 from tumble.foundation.words import utf8
 
 FileIdentity: TypeAlias = tuple[int, int]
 """Device and inode: the same for all names of one file."""
 
-"""Endings of logs, in lower case."""
-_LONGEST_NAME = 255
-"""Characters of the name of a file or folder, on the file systems in use."""
-_SHOWN = 60
-"""Characters shown of a name that is longer."""
 _HEAD_BYTES = 16_384
 """Number of bytes read from a file to detect its kind."""
 _MOST_NAMED = 20
@@ -121,21 +117,9 @@ def files_of_command() -> Iterator[FilesOfCommand]:
         files.release()
 
 
-def name_too_long(path: Path) -> str | None:
-    """Reports a name in this path that is too long for any file system."""
-    if all(len(part) <= _LONGEST_NAME for part in path.parts):
-        return None
-    return f"{str(path)[:_SHOWN]}...: no file has so long a name; check the path"
-
-
-def is_special(path: Path) -> bool:
-    """Returns whether it is a device, a pipe or a socket, from which reading may never end."""
-    return path.exists() and not (path.is_file() or path.is_dir())
-
-
 def note_input(path: Path) -> None:
     """Protects a file that the running command reads; to be called wherever a file of the user is opened."""
-    if _running is not None and path.is_file():
+    if _running is not None and is_file(path):
         _running.inputs.setdefault(_identity(path), path)
 
 
@@ -186,7 +170,7 @@ def replacing(
     path = Path(path)
     try:
         place = check_output(path, kind, inputs=inputs, renews=renews)
-        stood_there = place.exists()
+        stood_there = exists(place)
         temporary = place.with_name(f".{os.urandom(8).hex()}.tmp")
         try:
             with temporary.open("xb") as file:
@@ -228,13 +212,13 @@ def check_output(
         raise OutputError("-: results are written to files, not to standard output; give a file name")
     try:
         place = path.resolve()
-        if place.is_dir():
+        if is_folder(place):
             raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
-        if place.parent.is_file():
+        if is_file(place.parent):
             raise OutputError(f"{path}: {path.parent} is a file, no folder to write in; give another folder")
-        if not place.parent.is_dir():
+        if not is_folder(place.parent):
             raise OutputError(f"{path}: folder {place.parent} does not exist; create it first")
-        if path.exists():
+        if exists(path):
             _check_replaceable(path, kind, inputs, renews)
     except (OSError, RuntimeError) as error:  # RuntimeError: links that lead around, before Python 3.13
         raise OutputError(_cannot_write(path, error)) from error
@@ -284,7 +268,7 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
     try:
         folder.mkdir(exist_ok=True)
         free = (folder / f"{stem}{again}{ending}" for again in chain([""], (f"-{n}" for n in count(2))))
-        return path.rename(next(place for place in free if not place.exists()))
+        return path.rename(next(place for place in free if not exists(place)))
     except OSError as error:
         raise OutputError(f"{path}: cannot be moved to {folder}: {error.strerror}") from error
 
@@ -295,7 +279,7 @@ def set_aside(path: Path) -> Path:
     Raises `OutputError` where that cannot be done.
     """
     number, aside = 1, path.with_name(f"{path.name}.rejected")
-    while aside.exists():
+    while exists(aside):
         number += 1
         aside = path.with_name(f"{path.name}.rejected-{number}")
     try:
@@ -324,7 +308,7 @@ def remove_made(*paths: Path) -> None:
     """
     for path in paths:
         try:
-            if path.is_dir():
+            if is_folder(path):
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
@@ -339,7 +323,7 @@ def link(path: Path, target: str) -> None:
     """
     _made(path.parent)
     try:
-        if path.is_symlink():
+        if is_link(path):
             path.unlink()
         path.symlink_to(target)
     except OSError as error:
@@ -350,7 +334,7 @@ def link(path: Path, target: str) -> None:
 
 def remove_link(path: Path) -> None:
     """Removes a symbolic link, if it is still there."""
-    if path.is_symlink():
+    if is_link(path):
         path.unlink()
 
 
@@ -435,7 +419,7 @@ def _made(folder: Path) -> Path:
 
 def missing_folders(folder: Path) -> list[Path]:
     """Lists the folders that are to be made for `folder` to be there, itself first."""
-    return [each for each in (folder, *folder.parents) if not each.exists()]
+    return [each for each in (folder, *folder.parents) if not exists(each)]
 
 
 def remove_empty(folders: Iterable[Path]) -> None:
@@ -462,7 +446,7 @@ def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renew
     if not stat.S_ISREG(path.stat().st_mode):
         raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
     read = {} if renews or _running is None else _running.inputs
-    read = read | {_identity(each): each for each in inputs if each.is_file()}
+    read = read | {_identity(each): each for each in inputs if is_file(each)}
     if (source := read.get(_identity(path))) is not None:
         raise OutputError(f"{path}: is what is read ({source}); give another name, so that it is kept")
     if not kind.begins(path):

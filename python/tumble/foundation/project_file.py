@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import is_special, note_input
+from tumble.foundation.errors import PlaceError, TumbleError
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import exists
 from tumble.foundation.words import quoted
 
 NAME = "tumble.toml"
@@ -110,8 +111,8 @@ def user_file(home: Path | None = None) -> Path:
 
 def _exists(path: Path) -> bool:
     try:
-        return path.exists()
-    except OSError:  # a folder that this user may not look into
+        return exists(path)
+    except PlaceError:  # a folder that this user may not look into
         return False
 
 
@@ -120,7 +121,7 @@ def _read(path: Path) -> dict[str, str]:
 
 
 def _stated(path: Path) -> dict[str, str]:
-    text = _text(path)
+    text = read_text_whole(path, LARGEST, "settings", remedy="keep lines of NAME = TEXT in it, or remove it")
     stated: dict[str, str] = {}
     for key, value in _parsed(path, text).items():
         line = _line_of(text, key)
@@ -135,21 +136,6 @@ def _stated(path: Path) -> dict[str, str]:
     return stated
 
 
-def _text(path: Path) -> str:
-    try:
-        if is_special(path) or path.is_dir():
-            raise TumbleError(f"{path}: is not a file; remove it, or write settings into it")
-        note_input(path)
-        with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise TumbleError(f"{path}: is larger than {LARGEST >> 10} KiB; keep settings only in it")
-        return content.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
-        raise TumbleError(f"{path}: cannot be read: {reason}; correct or remove it") from error
-
-
 def _parsed(path: Path, text: str) -> dict[str, Any]:
     if sys.version_info >= (3, 11):
         import tomllib
@@ -158,7 +144,7 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     try:
         found |= tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # of numbers that are too long as well
         raise TumbleError(f"{path}: is not TOML: {error}; correct it there") from error
     except RecursionError as error:
         raise TumbleError(f"{path}: is nested too deeply; settings are lines of NAME = TEXT") from error

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import is_special, once_per_file
+from tumble.foundation.file_status import is_file, is_folder, is_special
+from tumble.foundation.files import once_per_file
 from tumble.foundation.folder_lock import LOCK_FILE
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
 
@@ -87,8 +88,8 @@ def sha256_of(path: Path) -> str:
     """Digest of a file, in hexadecimal; of a folder that of the names and digests of its files."""
     import hashlib  # brings a library of the system, for which commands that read logs would wait
 
-    if path.is_dir():
-        files = sorted(each for each in path.rglob("*") if each.is_file() and each.name != LOCK_FILE)
+    if is_folder(path):
+        files = sorted(each for each in path.rglob("*") if is_file(each) and each.name != LOCK_FILE)
         lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]
         return hashlib.sha256("".join(lines).encode()).hexdigest()
     if is_special(path):

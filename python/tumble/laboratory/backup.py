@@ -7,6 +7,7 @@ from pathlib import Path
 from sqlalchemy import Connection, Table, insert, select
 
 from tumble.foundation.errors import OutputError
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import make_file, prepare_folder
 from tumble.laboratory import tables
 from tumble.laboratory.address import parse_address
@@ -25,7 +26,7 @@ def backup(registry: Registry, folder: Path) -> Verification:
     """
     prepare_folder(folder)
     path = folder / FILE
-    if path.exists():
+    if exists(path):
         raise OutputError(f"{path}: is there already; give a new folder for each backup")
     make_file(path)
     copy = Database(parse_address(path))

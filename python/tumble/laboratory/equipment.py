@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import select
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import note_input
+from tumble.foundation.file_reading import read_whole
 from tumble.foundation.provenance import date_now
 from tumble.foundation.results import Row
 from tumble.foundation.words import quoted
@@ -32,7 +32,7 @@ def add(
         raise TumbleError(f"--kind {quoted(stated['kind'])}: give one of {', '.join(KINDS)}")
     if "due" in stated and _day(stated["due"]) is None:
         raise TumbleError(f"--due {quoted(stated['due'])}: give a date such as 2027-06-30")
-    content = _content(Path(document)) if document else None
+    content = read_whole(Path(document), LARGEST_CERTIFICATE, "certificate") if document else None
     digest = registry.documents.keep(content) if content is not None else None
     key = sha256_of_json(name)[:32]
     e, d = tables.equipment, tables.document
@@ -75,13 +75,3 @@ def _day(text: str) -> date | None:
         return date.fromisoformat(text)
     except ValueError:
         return None
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST_CERTIFICATE:
-            raise TumbleError(f"{path}: is larger than {LARGEST_CERTIFICATE >> 20} MiB; give a certificate")
-        note_input(path)
-        return path.read_bytes()
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from sqlalchemy import Connection, select
 
 from tumble.calibration.limits import Limits
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.results import Row, Tabular
 from tumble.foundation.words import quoted
@@ -224,4 +224,4 @@ def _last_limits(registry: Registry, connection: Connection, unit: str) -> Limit
     digest = connection.execute(chosen).scalar()
     if digest is None:
         return None
-    return Limits.model_validate(json.loads(registry.document(str(digest))))
+    return Limits.model_validate(parse_json(registry.document(str(digest))))

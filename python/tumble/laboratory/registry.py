@@ -16,10 +16,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from sqlalchemy import Connection, Select, Table, func, insert, or_, select
+from sqlalchemy import Connection, Select, Table, exists, func, insert, or_, select
 
 from tumble.calibration.decision import rule_in_words
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.files import make_file
 from tumble.foundation.provenance import date_now
 from tumble.foundation.results import Row, Tabular
@@ -142,7 +143,7 @@ class Registry:
         """
         self.address: RegistryAddress = parse_address(address)
         self.database = Database(self.address, patience=patience)
-        if self.address.path is not None and not self.address.path.is_file():
+        if self.address.path is not None and not is_file(self.address.path):
             raise RegistryError(f"{self.address}: no such registry; type tumble registry init {self.address}")
         with self.database.reading() as connection:
             self.database.check_version(connection)
@@ -643,8 +644,8 @@ def _latest_units() -> Any:  # noqa: ANN401 - a subquery
     """Select each unit as its latest row has it."""
     u = tables.unit
     newer = tables.unit.alias("newer")
-    later = select(newer.c.entry).where(newer.c.unit == u.c.unit, newer.c.entry > u.c.entry).exists()
-    return select(u).where(~later).subquery("units")
+    later = select(newer.c.entry).where(newer.c.unit == u.c.unit, newer.c.entry > u.c.entry)
+    return select(u).where(~exists(later)).subquery("units")
 
 
 def current_units(connection: Connection, condition: Any) -> Iterator[Mapping[str, Any]]:  # noqa: ANN401

@@ -14,9 +14,12 @@ import numpy as np
 from tumble.calibration.contributions import NOISE, part
 from tumble.calibration.document import KIND, Calibration, MagnetometerCalibration, TriadCalibration
 from tumble.calibration.limits import Limits
+from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import PAGE, note_input
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.files import PAGE
 from tumble.foundation.plain import finite, finite_or_none
 from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
@@ -163,9 +166,9 @@ def read_results(places: Iterable[Path | str]) -> Iterator[Result]:
     are passed over.
     """
     for place in map(Path, places):
-        if place.is_dir():
+        if is_folder(place):
             for path in sorted(place.iterdir()):
-                if path.suffix in (".yaml", ".yml") and path.is_file() and KIND.begins(path):
+                if path.suffix in (".yaml", ".yml") and is_file(path) and KIND.begins(path):
                     found = read_result(path)
                     if found.run.procedure in _WORDS:
                         yield found
@@ -185,14 +188,10 @@ def read_result(path: Path) -> Result:
     """Read a calibration file and the page beside it; raises `TumbleError` where that cannot be done."""
     calibration = Calibration.load(path)
     page = path.with_suffix(".html")
-    try:
-        document = path.read_bytes()
-        shown = None
-        if page.is_file() and PAGE.begins(page) and page.stat().st_size <= LARGEST_PAGE:
-            note_input(page)
-            shown = page.read_bytes()
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}") from error
+    document = read_whole(path, LARGEST_DOCUMENT, "calibration file")
+    shown = None
+    if is_file(page) and PAGE.begins(page) and page.stat().st_size <= LARGEST_PAGE:
+        shown = read_whole(page, LARGEST_PAGE, "page")
     return Result(calibration, document, shown, str(path))
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from typing import Any
 
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.plain import finite
 from tumble.laboratory.history import Lot, UnitHistory
 from tumble.laboratory.registry import Shown
@@ -74,8 +74,8 @@ def _cells(row: Any) -> tuple[str, str, str]:  # noqa: ANN401 - a row
 
 def shown_content(found: Shown) -> dict[str, Any]:
     """Return a result as plain data."""
-    session = dict(found.session) | {"options": json.loads(str(found.session["options"]))}
-    unit = dict(found.unit) | {"identities": json.loads(str(found.unit["identities"]))}
+    session = dict(found.session) | {"options": parse_json(str(found.session["options"]))}
+    unit = dict(found.unit) | {"identities": parse_json(str(found.unit["identities"]))}
     content = {
         "result": found.calibration,
         "unit": unit,

@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import exists
 from tumble.foundation.numbers import number_of
 
 LOOPBACK = "127.0.0.1"
@@ -103,7 +104,7 @@ def _place_and_unit(scheme: str, place: str) -> tuple[str, str | None]:
         return found["place"], found["unit"]
     head, colon, unit = place.rpartition(":")
     # Names of devices may hold colons, as those in /dev/serial/by-path do.
-    if scheme in _PATH_SCHEMES and colon and unit and Path(head).exists() and not Path(place).exists():
+    if scheme in _PATH_SCHEMES and colon and unit and exists(Path(head)) and not exists(Path(place)):
         return head, unit
     return place, None
 

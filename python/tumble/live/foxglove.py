@@ -21,6 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address, host_and_port
 from tumble.live.mailbox import Mailbox
@@ -196,8 +197,8 @@ def _messages(connection: ClientConnection, longest: float, address: Address) ->
 
 def _json(text: str) -> Mapping[str, Any]:
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
+        content = parse_json(text)
+    except JsonError:
         return {}
     return content if isinstance(content, dict) else {}
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import set_attribute
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
@@ -31,6 +33,8 @@ BUFFER_SCANS = 1024
 CLOCK = "monotonic"
 """The clock to stamp by: that of `clock.now()`, which nobody sets."""
 PIECE_SCANS = 256
+_LONGEST_ATTRIBUTE = 1 << 16
+"""Bytes of what sysfs shows as a file."""
 GET_PERMISSION = "run this as root, or give your group the right by a rule of udev"
 
 
@@ -113,7 +117,7 @@ class IioDevice:
             for channel in self.scan.elements
         }
         self._mounting = {triad: self._read_mount_matrix(triad) for triad in self.triads}
-        if (clock := self.folder / "current_timestamp_clock").exists():
+        if exists(clock := self.folder / "current_timestamp_clock"):
             self._write(clock, CLOCK)
         self._choose_trigger(trigger)
         # A magnetometer of its own is slower than any rate that an IMU is set to.
@@ -207,7 +211,7 @@ class IioDevice:
     @property
     def _buffer(self) -> Path:
         for name in ("buffer0", "buffer"):
-            if (self.folder / name / "enable").exists():
+            if exists(self.folder / name / "enable"):
                 return self.folder / name
         raise self._error(
             "its driver has no buffer, so samples cannot be captured; use a driver that has one, or a kernel "
@@ -244,7 +248,7 @@ class IioDevice:
     def _choose_trigger(self, wanted: str | None) -> None:
         """Selects a trigger that samples when new data are ready, where the device needs one."""
         current = self.folder / "trigger/current_trigger"
-        if not current.exists() or (wanted is None and _text(current)):
+        if not exists(current) or (wanted is None and _text(current)):
             return
         triggers = sorted(filter(None, (_text(path) for path in self.folder.parent.glob("trigger*/name"))))
         own = [trigger for trigger in triggers if trigger.startswith(self.name)]
@@ -263,7 +267,7 @@ class IioDevice:
         names = [f"{CHANNELS[triad]}_sampling_frequency" for triad in self.triads if triad != "magnetometer"]
         places = [self.folder / name for name in (*names, "sampling_frequency")]
         places += [folder / "sampling_frequency" for folder in beside]
-        found = [path for path in places if path.exists()]
+        found = [path for path in places if exists(path)]
         if not found:
             raise self._error("its rate cannot be set; leave out ?rate=")
         for path in found:
@@ -286,10 +290,7 @@ class IioDevice:
 
 def _text(path: Path) -> str:
     """Reads an attribute; empty where there is none."""
-    try:
-        return path.read_text().strip()
-    except (FileNotFoundError, NotADirectoryError):
-        return ""
+    return read_text_whole(path, _LONGEST_ATTRIBUTE, "attribute").strip() if exists(path) else ""
 
 
 def _why(path: Path, error: OSError, value: str = "") -> str:

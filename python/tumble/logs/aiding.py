@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from tumble.foundation.arrays import column, refuse_other_lengths, times, triad
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.file_names import AIDING_FILE
+from tumble.foundation.file_status import is_file
 from tumble.foundation.files import FileKind, note_input, write_text
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
@@ -168,7 +169,7 @@ def aiding_measurements_of(
 def recorded_aiding(session: str | Path) -> tuple[Aiding, ...]:
     """Returns the measurements received during a session; none where it is no session, or had none."""
     path = Path(session) / AIDING_FILE
-    return Aiding.load(path) if path.is_file() else ()
+    return Aiding.load(path) if is_file(path) else ()
 
 
 def in_order(measurements: Iterable[Aiding], names: Sequence[str]) -> list[NativeAiding]:

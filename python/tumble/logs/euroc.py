@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.numbers import number_of
 from tumble.logs.columns import ImuColumns
@@ -37,7 +38,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Returns the names of the folders of IMUs; a file alone has no name."""
-    return tuple(_files(path)) if path.is_dir() else ("",)
+    return tuple(_files(path)) if is_folder(path) else ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -45,7 +46,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
     Raises `LogError` where it has other columns, or there are several IMUs and none is named.
     """
-    files = _files(path) if path.is_dir() else {"": path}
+    files = _files(path) if is_folder(path) else {"": path}
     name = choose(path, tuple(files), imu, "IMU")
     file = files[name]
     note_input(file)
@@ -76,7 +77,7 @@ def _files(folder: Path) -> dict[str, Path]:
         found = {
             place.name: file
             for place in sorted(root.glob("imu*"))
-            for file in [next((place / name for name in _DATA if (place / name).is_file()), None)]
+            for file in [next((place / name for name in _DATA if is_file(place / name)), None)]
             if file is not None
         }
         if found:
@@ -88,7 +89,7 @@ def _files(folder: Path) -> dict[str, Path]:
 
 
 def _first(folder: Path, names: tuple[str, ...]) -> Path | None:
-    return next((folder / name for name in names if (folder / name).is_file()), None)
+    return next((folder / name for name in names if is_file(folder / name)), None)
 
 
 def _columns(names: tuple[str, ...]) -> ImuColumns:
@@ -130,7 +131,7 @@ class _Sensor:
 
 def _sensor(file: Path) -> _Sensor:
     """Reads what stands beside the samples; nothing of it is needed for reading them."""
-    if not file.is_file():
+    if not is_file(file):
         return _Sensor()
     note_input(file)
     stated = _yaml(file)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import exists, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
 from tumble.logs.optional import imported
@@ -70,7 +71,7 @@ def firmware_parameters(path: Path) -> tuple[str, Mapping[str, float]] | None:
 
     Raises `LogError` where the log is damaged before it holds any.
     """
-    if not path.is_file() or not path.stat().st_size:
+    if not is_file(path) or not path.stat().st_size:
         return None
     head = _head(path)
     for each in LOG_FORMATS:
@@ -98,9 +99,9 @@ def _reader_for(path: Path) -> Reader:
 
 def _find(path: Path) -> LogFormat | None:
     """Finds the format of a file, or of a folder; None for a folder of none."""
-    if path.is_dir():
+    if is_folder(path):
         return _folder_of(path) or _recognised(path, b"")
-    if path.exists() and not path.is_file():
+    if exists(path) and not is_file(path):
         raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
     head = _head(path)
     packing = packing_of(head)
@@ -155,7 +156,7 @@ def _refuse_packed(path: Path, head: bytes, packing: Packing) -> None:
 
 def _folder_of(path: Path) -> LogFormat | None:
     for each in LOG_FORMATS:
-        if each.folder_with and (path / each.folder_with).exists():
+        if each.folder_with and exists(path / each.folder_with):
             for part in path.iterdir():
                 note_input(part)
             return each

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair
@@ -19,13 +20,13 @@ _PARTNERS = (("accelerometer", "gyroscope"), ("accel", "gyro"), ("acc", "gyro"),
 
 def find_pair(path: Path) -> tuple[Path, Path] | None:
     """Returns accelerometer and gyroscope file where `path` is one of a pair, or a folder with one."""
-    if path.is_dir():
-        pairs = {pair for file in sorted(path.iterdir()) if file.is_file() and (pair := find_pair(file))}
+    if is_folder(path):
+        pairs = {pair for file in sorted(path.iterdir()) if is_file(file) and (pair := find_pair(file))}
         return pairs.pop() if len(pairs) == 1 else None
     for accelerometer, gyroscope in _PARTNERS:
         for here, there in ((accelerometer, gyroscope), (gyroscope, accelerometer)):
             partner = _with_word(path, here, there)
-            if partner is not None and partner.is_file() and _has_four_columns(path, partner):
+            if partner is not None and is_file(partner) and _has_four_columns(path, partner):
                 return (path, partner) if here == accelerometer else (partner, path)
     return None
 

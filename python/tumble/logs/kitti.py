@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
@@ -53,8 +54,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     folder = _oxts(path)
     assert folder is not None
     stamps = folder / "timestamps.txt"
-    timed = stamps.is_file() and options.rate is None
-    if stamps.is_file():
+    timed = is_file(stamps) and options.rate is None
+    if is_file(stamps):
         note_input(stamps)
     files = sorted(file.name for file in (folder / "data").iterdir() if _number(file.name) is not None)
     if not files:
@@ -86,7 +87,7 @@ def _oxts(path: Path) -> Path | None:
     """Returns the folder with `data`, where the first file in that is one of thirty numbers."""
     for folder in (path, path / "oxts"):
         data = folder / "data"
-        if not data.is_dir():
+        if not is_folder(data):
             continue
         first = next((file for file in data.iterdir() if _number(file.name) is not None), None)
         if first is not None and (folder.name == "oxts" or len(_fields(first)) == _FIELDS):

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of, quoted
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, recognise
@@ -65,7 +66,7 @@ class _Layout:
 
 def recognises(path: Path, head: bytes) -> bool:
     """Returns whether most lines of a file are words and numbers of the same few kinds."""
-    return path.is_file() and _has_words(head) and _find(path, ReadOptions()) is not None
+    return is_file(path) and _has_words(head) and _find(path, ReadOptions()) is not None
 
 
 def _has_words(head: bytes) -> bool:

@@ -6,7 +6,6 @@ stamp of whole seconds and nanoseconds is one number, named as the field that ho
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -15,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import recognise
 from tumble.logs.rosmsg import MalformedMessageError, seconds
@@ -188,8 +188,8 @@ class JsonForm:
 
     def _objects(self, messages: Sequence[bytes]) -> list[Any]:
         try:
-            objects: list[Any] = json.loads(b"[" + b",".join(messages) + b"]")
-        except (ValueError, RecursionError):
+            objects: list[Any] = parse_json(b"[" + b",".join(messages) + b"]")
+        except JsonError:
             objects = []
         if len(objects) == len(messages):
             return objects
@@ -211,8 +211,8 @@ def _at(value: Any, name: str) -> Any:  # noqa: ANN401 - JSON is anything
 
 def _json(message: bytes, index: int) -> Any:  # noqa: ANN401 - JSON is anything
     try:
-        return json.loads(message)
-    except (ValueError, RecursionError) as error:
+        return parse_json(message)
+    except JsonError as error:
         raise MalformedMessageError(index, "is no JSON") from error
 
 

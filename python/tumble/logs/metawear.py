@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import join
@@ -35,7 +36,7 @@ _TESLA = "T"
 
 def recognises(path: Path, head: bytes) -> bool:
     """Returns whether a file is of MetaBase, by its first bytes, or a folder holds one pair."""
-    return path.is_file() or _pair_of(path) is not None
+    return is_file(path) or _pair_of(path) is not None
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -56,22 +57,22 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 def _pair_of(path: Path) -> tuple[Path, Path] | None:
     """Returns the files of accelerometer and gyroscope; None where one of them is alone, or not named so."""
     named = _FILE.fullmatch(path.name)
-    if not path.is_dir() and named is None:
+    if not is_folder(path) and named is None:
         return None
-    folder = path if path.is_dir() else path.parent
+    folder = path if is_folder(path) else path.parent
     found: dict[str, list[Path]] = {sensor: [] for sensor in _SENSORS}
     for file in sorted(folder.iterdir()):
         match = _FILE.fullmatch(file.name)
         if (
             match
             and match["sensor"] in found
-            and file.is_file()
+            and is_file(file)
             and (named is None or match["start"] == named["start"])
         ):
             found[match["sensor"]].append(file)
     if named is not None and named["sensor"] == _MAGNETOMETER:
         return None
-    if named is not None and path.is_file():
+    if named is not None and is_file(path):
         # The named file counts where a sensor has two, such as a copy.
         found[named["sensor"]] = [path]
     if any(len(files) != 1 for files in found.values()):

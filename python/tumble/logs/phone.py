@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
@@ -37,10 +38,10 @@ _WITHOUT_GRAVITY = "seconds_elapsed"
 
 def find_files(path: Path) -> tuple[Path, Path] | None:
     """Returns accelerometer and gyroscope file of a folder, or of that in which a file is."""
-    folder = path if path.is_dir() else path.parent
+    folder = path if is_folder(path) else path.parent
     for accelerometer, gyroscope in _PAIRS:
         pair = folder / accelerometer, folder / gyroscope
-        if all(file.is_file() for file in pair) and (path == folder or path in pair):
+        if all(is_file(file) for file in pair) and (path == folder or path in pair):
             return pair
     return None
 
@@ -79,7 +80,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 def _magnetometer(folder: Path, options: ReadOptions) -> LoggedMagnetometer | None:
     """Finds the file of the magnetometer beside those of the IMU; phones state microtesla."""
-    file = next((folder / name for name in _MAGNETOMETERS if (folder / name).is_file()), None)
+    file = next((folder / name for name in _MAGNETOMETERS if is_file(folder / name)), None)
     if file is None:
         return None
     note_input(file)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.numbers import number_of
 from tumble.logs.columns import ImuColumns, MagneticColumns, listed
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
@@ -55,7 +56,7 @@ def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, col
         return 1.0
     stated = layout.preamble.get("acc_1g") or layout.preamble.get('"acc_1g"', "")
     beside = path.with_suffix(".headers.csv")
-    if not stated and beside.is_file():
+    if not stated and is_file(beside):
         with beside.open("rb") as file:
             match = re.search(rb'acc_1G"?\s*,\s*"?(\d{1,6})', file.read(_HEADERS_BYTES))
         stated = match[1].decode() if match else ""

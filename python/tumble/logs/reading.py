@@ -9,6 +9,7 @@ from pathlib import Path
 from tumble.foundation.body_axes import in_words, turned
 from tumble.foundation.debugging import debug
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.log_formats import AXES_OF, BODY_OF, stem_of
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
@@ -37,7 +38,7 @@ def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str
     Raises `LogError` where there is no such file, or no IMU in it.
     """
     path = parse_spec(path).path
-    if path.is_dir() and formats.find_format(path) == formats.FOLDER:
+    if is_folder(path) and formats.find_format(path) == formats.FOLDER:
         path = log_files(path)[0]
     return formats.list_imus(path, options or ReadOptions())
 
@@ -72,7 +73,7 @@ def open_recording(
         return _recording(table.open_logged_imu(source, name, options), options, keep_faults)
     spec = parse_spec(source)
     imu = one_name(spec.path, spec.imu, options.topic)
-    if spec.path.is_dir() and formats.find_format(spec.path) == formats.FOLDER:
+    if is_folder(spec.path) and formats.find_format(spec.path) == formats.FOLDER:
         return _open_folder(spec.path, imu, options)
     return _open_file(spec.path, imu, options, keep_faults)
 
@@ -200,6 +201,6 @@ def _name(track: LoggedImu) -> str:
     """Short name: the file's, and the IMU's where the file needs one."""
     if track.name:
         return track.name
-    stem = stem_of(track.path) if track.path.is_file() else track.path.name
+    stem = stem_of(track.path) if is_file(track.path) else track.path.name
     imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
     return f"{stem}-{imu}" if imu else stem

@@ -20,6 +20,7 @@ from pydantic import Field, JsonValue
 from tumble.foundation.documents import Document, read_document
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.file_status import is_file
 from tumble.foundation.magnetic import MICROTESLA
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import SESSION
@@ -111,7 +112,7 @@ class Session(Document):
 def unit_names(source: str) -> tuple[str, ...]:
     """Returns the names of the units of a recorded session; none where `source` is none."""
     folder = Path(source)
-    return Session.load(folder).names if (folder / SESSION_FILE).is_file() else ()
+    return Session.load(folder).names if is_file(folder / SESSION_FILE) else ()
 
 
 def procedure_of(source: object) -> SessionProcedure | None:
@@ -119,7 +120,7 @@ def procedure_of(source: object) -> SessionProcedure | None:
     if not isinstance(source, str | Path):
         return None
     folder = parse_spec(source).path
-    return Session.load(folder).procedure if (folder / SESSION_FILE).is_file() else None
+    return Session.load(folder).procedure if is_file(folder / SESSION_FILE) else None
 
 
 def parts_folder(folder: Path, name: str) -> Path:
@@ -141,8 +142,8 @@ def numbers_of(part: Path) -> tuple[int, int] | None:
 def unit_files(folder: Path, name: str) -> list[Path]:
     """Returns the files with the samples of a unit, in order of time, each sample once."""
     whole = joined_file(folder, name)
-    done = last_part(whole) if whole.is_file() else 0
-    files = [whole] if whole.is_file() else []
+    done = last_part(whole) if is_file(whole) else 0
+    files = [whole] if is_file(whole) else []
     parts = {part: numbers for part in parts_folder(folder, name).glob("*") if (numbers := numbers_of(part))}
     # The longest of those that begin alike was joined last.
     for part, (first, last) in sorted(parts.items(), key=lambda item: (item[1][0], -item[1][1])):
@@ -213,7 +214,7 @@ def _pieces(folder: Path, name: str, column: str) -> Iterator[FloatArray]:
 def wheels_of(source: str) -> RecordedColumn | None:
     """Returns whether the wheels turned, of a unit of a recorded session; None where that is not known."""
     spec = parse_spec(source)
-    if not (spec.path / SESSION_FILE).is_file():
+    if not is_file(spec.path / SESSION_FILE):
         return None
     names = Session.load(spec.path).names
     name = spec.imu or names[0]

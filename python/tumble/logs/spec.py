@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tumble.foundation.errors import LogError
-from tumble.foundation.files import name_too_long, note_input
+from tumble.foundation.errors import LogError, PlaceError
+from tumble.foundation.file_status import exists, is_folder
+from tumble.foundation.files import note_input
 from tumble.logs import standard_input
 
 if TYPE_CHECKING:
@@ -33,17 +34,20 @@ def parse_spec(source: str | Path) -> LogSpec:
     text = str(source)
     if text == standard_input.NAME:
         return LogSpec(standard_input.piped_log())
-    position = len(text)
+    position, hidden = len(text), None
     while position > 0:
         path = Path(text[:position])
-        if _exists(path):
-            note_input(path)
-            return LogSpec(path, text[position + 1 :] or None)
+        try:
+            if exists(path):
+                note_input(path)
+                return LogSpec(path, text[position + 1 :] or None)
+        except PlaceError as error:  # the name of an IMU may be longer than any file's
+            hidden = hidden or error
         position = text.rfind(":", 0, position)
-    if too_long := name_too_long(Path(text)):
-        raise LogError(too_long)
+    if hidden is not None:
+        raise LogError(str(hidden)) from hidden
     parent = Path(text).parent
-    hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
+    hint = "check the path" if is_folder(parent) else f"folder {parent} does not exist either"
     raise LogError(f"{text}: no such file or folder; {hint}")
 
 
@@ -53,10 +57,3 @@ def files_of(recording: Recording) -> Sequence[Path]:
         return ()
     source = parse_spec(recording.metadata.source).path
     return (source, *source.glob("*"))
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except OSError:  # a name longer than any file can have
-        return False

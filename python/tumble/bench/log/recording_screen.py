@@ -22,6 +22,7 @@ from tumble.bench.log.recording_chart import RecordingChart
 from tumble.bench.log.samples_route import SamplesRoute
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.file_reading import own_text
 from tumble.foundation.translation import ENGLISH, speak, translated
 from tumble.tools.view.deviation import deviations
 from tumble.tools.view.samples import channel_name
@@ -45,7 +46,7 @@ KEYS = (
 
 def add_style() -> None:
     """Gives the current page the style of the screen."""
-    ui.add_css(STYLE.read_text(encoding="utf-8"))
+    ui.add_css(own_text(STYLE))
 
 
 class RecordingScreen:

@@ -16,6 +16,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.bounded_yaml import parse
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_status import exists
 from tumble.foundation.words import join
 from tumble.laboratory.certificate.catalogue import METHODS
 from tumble.laboratory.certificate.model import (
@@ -90,7 +91,7 @@ def results_in_registry(
 ) -> Iterator[CollectedResult]:
     """Read results from a registry, to which those in folders and files are added; raises `TumbleError`."""
     for place in places:
-        if Path(place).exists():
+        if exists(Path(place)):
             added = registry.add(place, facts=facts, condition=condition, who=who)
             if not added:
                 raise TumbleError(f"{place}: holds no result of a procedure; give another folder")
@@ -272,6 +273,6 @@ def _decision(result: Result) -> CertifiedDecision | None:
 
 def _existing(place: str) -> Path:
     path = Path(place)
-    if not path.exists():
+    if not exists(path):
         raise TumbleError(f"{place}: no such folder or file; without a registry give one of results")
     return path

@@ -19,6 +19,7 @@ from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import LISTED, print_document, print_summary
 from tumble.cli.shared_options import JsonOption, OperatorOption
 from tumble.foundation.errors import CommandError
+from tumble.foundation.file_reading import own_text
 from tumble.laboratory.certificate.options import (
     AppearanceOptions,
     AsFoundOption,
@@ -346,7 +347,7 @@ def template_command() -> None:
 
     Example: tumble certificate template > ours.typ
     """
-    print(laboratory_room("certificate.pdf").TEMPLATE.read_text(encoding="utf-8"), end="")
+    print(own_text(laboratory_room("certificate.pdf").TEMPLATE), end="")
 
 
 def _open(address: str) -> Registry:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import file_stem
-from tumble.foundation.files import FileKind, note_input, replacing
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.files import FileKind, replacing
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.model import Certificate
 from tumble.laboratory.certificate.numbering import Pattern
@@ -105,10 +105,4 @@ def logo_of(path: str) -> bytes:
     """Read a logo, SVG, PNG or JPEG; raises `TumbleError`."""
     if not path:
         return b""
-    try:
-        if Path(path).stat().st_size > LARGEST_LOGO:
-            raise TumbleError(f"{path}: is larger than {LARGEST_LOGO >> 10} KiB; give a smaller logo")
-        note_input(Path(path))
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error
+    return read_whole(path, LARGEST_LOGO, "logo", remedy="give a smaller SVG, PNG or JPEG")

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from tumble.calibration.reference_certificate import CertifiedTriad, ReferenceCertificate, SignedReference
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
-from tumble.foundation.files import note_input
+from tumble.foundation.file_reading import read_whole
 from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
 from tumble.laboratory.certificate.model import CalibratedItem, Certificate
 from tumble.laboratory.certificate.signature import NOT_SIGNED, attached_xml, verify
@@ -25,7 +25,7 @@ def read_certificate_of_reference(path: Path | str, signer: Path | None = None) 
     Where a certificate holds the unit as found and as left, that as left counts. A signature is verified, and
     what it covers is read; with `signer`, the public file of a laboratory, it must have signed.
     """
-    content = _content(Path(path))
+    content = read_whole(path, LARGEST, "certificate", error=CalibrationFileError)
     known = None if signer is None else [load_signer(signer)]
     signed = verify(content, known)
     if signed.fault == NOT_SIGNED and not known:
@@ -75,18 +75,6 @@ def _triads(calibrated: CalibratedItem) -> dict[str, CertifiedTriad]:
         for model in calibrated.models
         if model.covariance is not None and np.isfinite(model.covariance).all()
     }
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST:
-            raise CalibrationFileError(f"{path}: is larger than {LARGEST >> 20} MiB; give a certificate")
-        note_input(path)
-        return path.read_bytes()
-    except OSError as error:
-        raise CalibrationFileError(
-            f"{path}: cannot be read: {error.strerror or error}; check the path"
-        ) from error
 
 
 def _xml(content: bytes, path: Path | str) -> bytes:

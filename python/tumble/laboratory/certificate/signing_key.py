@@ -14,7 +14,9 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from tumble.foundation.errors import OutputError, TumbleError
-from tumble.foundation.files import make_new_file, note_input
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import exists
+from tumble.foundation.files import make_new_file
 from tumble.foundation.provenance import date_now
 
 PASSWORD = "TUMBLE_SIGNING_PASSWORD"
@@ -40,7 +42,7 @@ def make_key(path: Path, laboratory: str) -> Path:
     Raises `OutputError` where one of the files is there already, or cannot be written.
     """
     public = path.with_suffix(".crt")
-    if public.exists():
+    if exists(public):
         raise OutputError(f"{public}: is there already, and is kept; give another name")
     key = ec.generate_private_key(ec.SECP256R1())
     own = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, laboratory[:_LONGEST_NAME])])
@@ -72,7 +74,7 @@ def make_key(path: Path, laboratory: str) -> Path:
 
 def load_key(path: Path) -> SigningKey:
     """Read a key on the curve P-256 with its certificate; raises `TumbleError` in one line."""
-    content = _content(path)
+    content = read_whole(path, LARGEST, "key", remedy="give one in PEM")
     password = os.environ.get(PASSWORD)
     try:
         private = serialization.load_pem_private_key(content, password.encode() if password else None)
@@ -92,7 +94,7 @@ def load_key(path: Path) -> SigningKey:
 def load_signer(path: Path) -> x509.Certificate:
     """Read the X.509 certificate of a signer from a PEM file; raises `TumbleError` in one line."""
     try:
-        return x509.load_pem_x509_certificate(_content(path))
+        return x509.load_pem_x509_certificate(read_whole(path, LARGEST, "key", remedy="give one in PEM"))
     except ValueError:
         raise TumbleError(
             f"{path}: holds no X.509 certificate; give the .crt file of the laboratory's key"
@@ -103,13 +105,3 @@ def name_of(certificate: x509.Certificate) -> str:
     """Return the name of a signer."""
     found = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return str(found[0].value) if found else certificate.subject.rfc4514_string()
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST:
-            raise TumbleError(f"{path}: is larger than {LARGEST >> 10} KiB; give a key in PEM")
-        note_input(path)
-        return path.read_bytes()
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error

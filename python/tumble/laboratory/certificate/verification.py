@@ -11,7 +11,7 @@ from typing import Any
 from cryptography import x509
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import note_input
+from tumble.foundation.file_reading import read_whole
 from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
 from tumble.laboratory.certificate.record import certificate_row
 from tumble.laboratory.certificate.signature import verify
@@ -51,7 +51,7 @@ class Check:
 
 def check(path: Path, signers: Sequence[x509.Certificate], registry: Registry | None = None) -> Check:
     """Verify a file; raises `TumbleError` only where it cannot be read at all."""
-    content = _content(path)
+    content = read_whole(path, LARGEST, "certificate", remedy="give a certificate")
     signed = verify(content, signers)
     if signed.fault:
         return Check(str(path), "", signed.signer, "", signed.fault)
@@ -75,13 +75,3 @@ def _fault_on_record(row: dict[str, Any], content: bytes, is_pdf: bool) -> str:
     if hashlib.sha256(content).hexdigest() != row["pdf" if is_pdf else "xml"]:
         return f"certificate {row['number']} is another file in the registry"
     return ""
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST:
-            raise TumbleError(f"{path}: is larger than {LARGEST >> 20} MiB; give a certificate")
-        note_input(path)
-        return path.read_bytes()
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,8 +14,10 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import acquire
 from tumble.acquisition.imu import pose_files
+from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.files import note_input
+from tumble.foundation.file_reading import read_text_whole
 from tumble.foundation.recording import FloatArray, Recording
 
 REST = "rest"
@@ -54,12 +55,7 @@ def sections_of(given: Sections) -> tuple[Section, ...]:
     if not isinstance(given, str | Path):
         return _checked(given, "sections")
     path = Path(given)
-    try:
-        note_input(path)
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is no text"
-        raise ProcedureError(f"section list cannot be read: {reason}", about=str(path)) from None
+    text = read_text_whole(path, LARGEST_DOCUMENT, "section list", error=ProcedureError)
     rows = _json_rows(text, path) if path.suffix.lower() == ".json" else _csv_rows(text, path)
     return _checked([_section(row, path) for row in rows], str(path))
 
@@ -91,7 +87,7 @@ def _longest_rest(part: Recording, times: FloatArray) -> tuple[int, int]:
 
 def _json_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
     try:
-        content = json.loads(text)
+        content = parse_json(text)
         return [(label, span["start"], span["end"]) for label, span in content.items()]
     except (ValueError, AttributeError, KeyError, TypeError):
         raise ProcedureError(

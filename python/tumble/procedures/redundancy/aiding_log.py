@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import AIDING_FILE
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import append_line
 from tumble.logs.aiding import (
     ARRIVAL,
@@ -34,7 +35,7 @@ class AidingLog:
         kinds: tuple[AidingKind, ...] = ("velocity", "body velocity", "heading")
         measured = [name for kind in kinds for name in measured_columns(kind)]
         self._names = (TIME, ARRIVAL, *measured, *(f"{SIGMA}_{name}" for name in measured), *self._scores)
-        if self._path.exists():
+        if exists(self._path):
             raise OutputError(f"{self._path}: is there already; give another folder")
         self._is_empty = True
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE, STORE, unit_stem
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import FileKind, prepare_folder, replacing
 from tumble.foundation.plain import finite
 from tumble.foundation.words import defused
@@ -43,7 +44,7 @@ def stale_files(result: RedundancyResult, folder: Path) -> list[Path]:
     """Calibration files that stand in the folder for secondaries that have no calibration this time."""
     calibrated = {error.unit for error in result.errors}
     paths = [path for unit, path in _calibration_files(result, folder) if unit not in calibrated]
-    return [path for path in paths if path.exists()]
+    return [path for path in paths if exists(path)]
 
 
 def _calibration_files(result: RedundancyResult, folder: Path) -> list[tuple[str, Path]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble.acquisition.duplicate_sensors import GyroscopeHead, duplicate_sensors
 from tumble.foundation.errors import LogError, ProcedureError
+from tumble.foundation.file_status import exists
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.units import Channel
 from tumble.foundation.words import count_of
@@ -118,7 +119,7 @@ class _Known:
         for name in self.names:
             if name and name.strip("/") == source.strip("/"):
                 return f"{self.path}:{name}", name.strip("/")
-        if ":" in source or Path(source).exists():
+        if ":" in source or exists(Path(source)):
             return source, ""
         named = ", ".join(name for name in self.names if name) or "only one IMU, without a name"
         raise LogError(f"{self.path}: no IMU {source!r}; found: {named}")

@@ -17,6 +17,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.file_names import file_stem, unit_stem
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import prepare_folder
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import Precision
@@ -354,7 +355,7 @@ class RedundancyMonitor:
 
     def _stored_calibration(self) -> Calibration | None:
         """Reads the primary's own calibration of an earlier run; raises `CalibrationFileError` if unfit."""
-        if self._store is None or not self._store.primary_path.exists():
+        if self._store is None or not exists(self._store.primary_path):
             return None
         path, primary = self._store.primary_path, self.identities[0]
         stored = Calibration.load(path)
@@ -552,7 +553,7 @@ def _models(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray,
 def _keep_calibration(store: ErrorStore, calibration: Calibration) -> None:
     """Stores the primary's own calibration for later runs, unless it is there."""
     path = store.primary_path
-    if not path.exists() or Calibration.load(path).hash() != calibration.hash():
+    if not exists(path) or Calibration.load(path).hash() != calibration.hash():
         calibration.save(path)
 
 

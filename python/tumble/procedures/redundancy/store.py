@@ -28,6 +28,7 @@ from tumble.foundation.documents import (
 )
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import prepare_folder, set_aside
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
@@ -140,7 +141,7 @@ class ErrorStore:
         rejected: list[Rejected] = []
         for sensor in SENSORS:
             for path in (self._path(unit, sensor), self._factory_path(unit, sensor)):
-                if not path.exists():
+                if not exists(path):
                     continue
                 error = self._read(path, unit, sensor)
                 if isinstance(error, SecondaryError):
@@ -153,7 +154,7 @@ class ErrorStore:
     def load_factory(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
         """Reads the first stored error of each sensor of a unit, as `load` reads the last."""
         paths = {sensor: self._factory_path(unit, sensor) for sensor in SENSORS}
-        read = [self._read(path, unit, sensor) for sensor, path in paths.items() if path.exists()]
+        read = [self._read(path, unit, sensor) for sensor, path in paths.items() if exists(path)]
         found = [error for error in read if isinstance(error, SecondaryError)]
         return found, [error for error in read if isinstance(error, Rejected)]
 
@@ -179,11 +180,11 @@ class ErrorStore:
         prepare_folder(self.folder)
         last, factory = self._path(unit, error.sensor), self._factory_path(unit, error.sensor)
         for path in (last, factory):
-            if path in self._distrusted and path.exists():
+            if path in self._distrusted and exists(path):
                 set_aside(path)
                 self._distrusted.discard(path)
         content = _content(error, unit, self._primary)
-        if self._fresh or not factory.exists():
+        if self._fresh or not exists(factory):
             write_document(factory, _HEADER, content, renews=True)
         write_document(last, _HEADER, content, renews=True)
         return last
@@ -191,7 +192,7 @@ class ErrorStore:
     def lacks_factory(self, unit: Identified, error: SecondaryError) -> bool:
         """Returns whether it has no factory error; raises `CalibrationFileError` where there is another."""
         path = self._factory_path(unit, error.sensor)
-        if not path.exists():
+        if not exists(path):
             return True
         stored = self._read(path, unit, error.sensor)
         if isinstance(stored, SecondaryError):

@@ -16,6 +16,7 @@ from pathlib import Path
 from tumble.calibration.document import KIND
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import ATTEMPTS, EARLIER, TAKEN, file_stem
+from tumble.foundation.file_status import exists, is_file
 from tumble.foundation.files import FileKind, append_line, move_into, replacing
 from tumble.foundation.provenance import sha256_of
 from tumble.procedures.turntable.record import TargetRecord
@@ -52,7 +53,7 @@ class Batch:
         """Numbers of lines that could not be read."""
         self._stems = set(TAKEN)
         self._names_by_serial: dict[str, str] = {}
-        if self.path.exists():
+        if exists(self.path):
             self._read()
 
     def __len__(self) -> int:
@@ -114,10 +115,10 @@ class Batch:
         last = self.last.get(name)
         if last is None or last.key != key or (page and not last.page):
             return False
-        if last.page and not self._file(last.stem, PAGE_ENDING).exists():
+        if last.page and not exists(self._file(last.stem, PAGE_ENDING)):
             return False
         file = self._file(last.stem, CALIBRATION_ENDING)
-        return not last.calibration_sha256 or (file.is_file() and sha256_of(file) == last.calibration_sha256)
+        return not last.calibration_sha256 or (is_file(file) and sha256_of(file) == last.calibration_sha256)
 
     def set_aside(self, name: str, stem: str, *, calibration: bool, page: bool) -> list[Path]:
         """Moves files that a new attempt does not replace to `earlier`; returns their paths.
@@ -128,7 +129,7 @@ class Batch:
         moved = []
         for ending, replaced in ((CALIBRATION_ENDING, calibration), (PAGE_ENDING, page)):
             path = self._file(stem, ending)
-            if replaced or not path.is_file() or (ending == CALIBRATION_ENDING and not KIND.begins(path)):
+            if replaced or not is_file(path) or (ending == CALIBRATION_ENDING and not KIND.begins(path)):
                 continue
             moved.append(move_into(path, self.folder / EARLIER, f"{stem}-attempt-{number}{ending}"))
         return moved

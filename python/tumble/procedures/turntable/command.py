@@ -20,6 +20,7 @@ from tumble.cli.read_options import ReadingOptionsOfSeveral, read_options_for
 from tumble.cli.results import end_unless, list_files, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
+from tumble.foundation.file_status import exists
 from tumble.foundation.translation import translated
 from tumble.logs.options import ReadOptions
 from tumble.procedures.turntable.command_live import TurntableLiveOptions, record_live
@@ -321,7 +322,7 @@ def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
     batch = run.batch
     if run.unchanged:
         print(translated(f"{run.unchanged} were done and unchanged, and left as they are"))
-    has_pages = any((batch.folder / f"{last.stem}{PAGE_ENDING}").exists() for last in batch.last.values())
+    has_pages = any(exists(batch.folder / f"{last.stem}{PAGE_ENDING}") for last in batch.last.values())
     pages = "pages, " if has_pages else ""
     where = f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}"
     print(translated(where))

@@ -7,6 +7,7 @@ import math
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.plain import finite
 from tumble.foundation.results import LimitCheck, Verdict
 from tumble.procedures.turntable.result import GOOD
@@ -92,7 +93,7 @@ class TargetRecord:
     def from_line(cls, line: str | bytes) -> TargetRecord:
         """Reads a line; raises `ValueError` where it is not one of these."""
         try:
-            content: dict[str, Any] = json.loads(line)
+            content: dict[str, Any] = parse_json(line)
             known = {each.name for each in fields(cls)}
             kept: dict[str, Any] = {name: _frozen(value) for name, value in content.items() if name in known}
             parameters = tuple(RecordedParameter(**each) for each in content["parameters"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_status import exists, is_file, is_folder
 from tumble.foundation.recording import Recording, RecordingSource
 from tumble.logs import parse_spec
 from tumble.poses.pose_list import SIX_FACES, PoseList
@@ -15,7 +16,7 @@ FILE = "poses.yaml"
 def poses_of(session: Path | str) -> PoseList | None:
     """Returns the list that lies in the folder of a session; None where there is none."""
     path = Path(session) / FILE
-    return PoseList.load(path) if path.is_file() else None
+    return PoseList.load(path) if is_file(path) else None
 
 
 def poses_beside(reference: RecordingSource) -> PoseList | None:
@@ -27,10 +28,10 @@ def poses_beside(reference: RecordingSource) -> PoseList | None:
         path = parse_spec(typed).path
     except LogError:
         return None
-    return poses_of(path) if path.is_dir() else None
+    return poses_of(path) if is_folder(path) else None
 
 
 def keep_poses(session: Path, poses: PoseList) -> None:
     """Stores a list in the folder of a session, unless it is the usual one or already there."""
-    if poses is not SIX_FACES and not (session / FILE).exists():
+    if poses is not SIX_FACES and not exists(session / FILE):
         poses.save(session / FILE)

@@ -13,7 +13,8 @@ from typing import TypeAlias
 
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.file_names import SUMMARY
-from tumble.foundation.files import is_special, note_input
+from tumble.foundation.file_status import exists, is_file, is_folder, is_special
+from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.logs import open_recording, parse_spec
 from tumble.logs.formats import FOLDER, find_format
@@ -75,7 +76,7 @@ def find_targets(
     Raises `TumbleError` where nothing is found, and where a name or a serial is given twice.
     """
     unit = parse_spec(reference).path
-    unit_folders = unit.is_dir() and find_format(unit) == FOLDER
+    unit_folders = is_folder(unit) and find_format(unit) == FOLDER
     files = {pose.casefold() for pose in poses}
     found: list[TargetLog] = []
     for text in _counted(typed):
@@ -111,11 +112,11 @@ def _counted(typed: Sequence[str]) -> list[str]:
 
 def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) -> Iterator[TargetLog]:
     path = Path(text)
-    if path.is_dir() and find_format(path) == FOLDER and not is_one(path):
+    if is_folder(path) and find_format(path) == FOLDER and not is_one(path):
         yield from map(TargetLog, _logs_below(path, output))
-    elif path.is_file() and path.suffix.lower() == ".csv" and (columns := _manifest_columns(path)):
+    elif is_file(path) and path.suffix.lower() == ".csv" and (columns := _manifest_columns(path)):
         yield from _listed(path, columns)
-    elif not path.exists() and _WILD.search(text):
+    elif not exists(path) and _WILD.search(text):
         yield from map(TargetLog, _matching(text))
     else:
         parse_spec(text)
@@ -141,7 +142,7 @@ def _logs_in(folder: Path, output: Path | None) -> Iterator[Path]:
     for path in folder.iterdir():
         if path.name.startswith(".") or path.resolve() == output:
             continue
-        if path.is_dir():
+        if is_folder(path):
             yield from [path] if find_format(path) != FOLDER else _logs_in(path, output)
         elif has_log_ending(path) and path.name != SUMMARY and not _manifest_columns(path):
             yield path
@@ -267,7 +268,7 @@ def _numbered(targets: Sequence[TargetLog]) -> list[TargetLog]:
 
 def _file_name(target: TargetLog) -> str:
     spec = parse_spec(target.source)
-    stem = stem_of(spec.path) if spec.path.is_file() else spec.path.name
+    stem = stem_of(spec.path) if is_file(spec.path) else spec.path.name
     imu = (spec.imu or "").strip("/").replace("/", "_")
     if imu and find_format(spec.path) == "session":
         return imu

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from tumble.calibration.document import KIND, Calibration
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.file_status import is_file
 from tumble.foundation.words import join
 from tumble.logs.spec import parse_spec
 from tumble.tools.exchange.procedure import IMPORT, import_calibrations
@@ -36,7 +37,7 @@ def open_calibration(source: CalibrationSource) -> Calibration:
 
 def _is_of_another_program(path: Path) -> bool:
     """True for a file to import; folders, devices and pipes are left to the loader of calibrations."""
-    return path.is_file() and path.suffix != ".yml" and not KIND.begins(path)
+    return is_file(path) and path.suffix != ".yml" and not KIND.begins(path)
 
 
 def date_of(calibration: Calibration) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.bounded_yaml import parse
+from tumble.foundation.file_reading import own_text
 from tumble.foundation.units import TRIADS, Triad
 from tumble.tools.demo.scene import SESSION, TARGETS
 
@@ -49,7 +50,7 @@ def differences(folder: Path) -> Iterator[TargetDifference]:
 
     Raises `ArithmeticError`, a bug of ours, where one is further off than noise explains.
     """
-    _, content = parse((folder / SESSION / "truth.yaml").read_text(encoding="utf-8"))
+    _, content = parse(own_text(folder / SESSION / "truth.yaml"))
     for name in TARGETS:
         truth = content["units"][name]
         calibration = Calibration.load(folder / f"{name}.yaml")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 
 from tumble.foundation.documents import document_kind
+from tumble.foundation.file_reading import own_text
 from tumble.foundation.files import prepare_folder, write_text
 
 GRADES = ("consumer", "consumer", "industrial", "tactical", "industrial")
@@ -35,5 +35,5 @@ def calibrating(folder: Path) -> list[str]:
 
 def write_limits(folder: Path) -> None:
     """Puts the limits beside the results; raises `OutputError` where the folder cannot be written to."""
-    text = (resources.files("tumble.tools.demo") / LIMITS).read_text(encoding="utf-8")
+    text = own_text(Path(__file__).with_name(LIMITS))
     write_text(prepare_folder(folder) / LIMITS, text, document_kind("tumble-limits/1"))

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from tumble.foundation.file_status import exists
 from tumble.tools.doctor.result import Diagnosed, State
 
 COMPLETIONS = {
@@ -57,6 +58,6 @@ def _completion(home: Path) -> Diagnosed:
         return Diagnosed(
             "completion", State.MISSING, f"shell {shell or 'not known'}; there is one for {known}"
         )
-    if (home / COMPLETIONS[shell]).exists():
+    if exists(home / COMPLETIONS[shell]):
         return Diagnosed("completion", State.WORKS, f"installed for {shell}")
     return Diagnosed("completion", State.MISSING, f"not installed for {shell}", "tumble --install-completion")

@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.files import FileKind
@@ -97,8 +98,8 @@ def read(text: str) -> list[Content]:
 def _stated(text: str) -> dict[str, Any]:
     """Returns what the file states, of a type, version and units that have a meaning here."""
     try:
-        stated = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+        stated = parse_json(text)
+    except JsonError as error:
         raise CalibrationFileError(f"is no JSON: {error}") from None
     if not isinstance(stated, dict):
         raise CalibrationFileError("is no JSON object; give what imucal's to_json_file wrote")

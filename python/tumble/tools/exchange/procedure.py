@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError, LogError, ProcedureError
-from tumble.foundation.files import is_special, note_input
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import is_special
 from tumble.foundation.plain import short
 from tumble.foundation.provenance import date_now, sha256_of
 from tumble.foundation.words import join
@@ -50,7 +51,7 @@ def import_calibrations(path: Path | str, source: str | None = None) -> list[Cal
     Raises `CalibrationFileError` or `ProcedureError`, in one line with the file, where none can be read.
     """
     path = Path(path)
-    if path.exists() and not (path.is_file() or path.is_dir()):
+    if is_special(path):
         raise LogError(f"{path}: is a device or a pipe, not a calibration; give a file")
     logged = firmware_parameters(path)
     format_, read = (
@@ -72,7 +73,7 @@ _Reading: TypeAlias = tuple[Target, Callable[[], list[Content]]]
 
 
 def _reading_of_text(path: Path, source: str | None) -> _Reading:
-    content = _content(path)
+    content = read_whole(path, LARGEST_FILE, "calibration", error=LogError)
     format_ = _format_of(path, source)
     assert format_.read is not None, "formats that cannot be read were left out"
     try:
@@ -89,18 +90,6 @@ def _reading_of_log(
     format_ = target(firmware)
     assert format_.read_parameters is not None, "firmware that logs its parameters"
     return format_, partial(format_.read_parameters, parameters)
-
-
-def _content(path: Path) -> bytes:
-    if is_special(path):
-        raise CalibrationFileError(f"{path}: is a device or a pipe, and no calibration; give a file")
-    note_input(path)
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CalibrationFileError(f"{path}: is larger than {LARGEST_FILE >> 20} MB, and no calibration")
-        return path.read_bytes()
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _format_of(path: Path, source: str | None) -> Target:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from tumble.foundation.bounded_json import parse_json
+
 _COMMENTS = {
     ".param": "# {}",
     ".params": "# {}",
@@ -59,7 +61,7 @@ def with_remarks(content: str, ending: str, remarks: Sequence[str]) -> str | Non
 
 
 def _in_json(content: str, lines: Sequence[str]) -> str | None:
-    found = json.loads(content)
+    found = parse_json(content)
     if not isinstance(found, dict) or not isinstance(found.get(_JSON_COMMENT), str):
         return None
     found[_JSON_COMMENT] = "; ".join([found[_JSON_COMMENT], *lines])

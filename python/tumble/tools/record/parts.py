@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.foundation.file_status import exists, is_file
 from tumble.foundation.files import prepare_folder, remove_made, replacing
 from tumble.foundation.magnetic import MAGNETIC_CHANNELS
 from tumble.foundation.recording import Chunk, FloatArray
@@ -124,7 +125,7 @@ class UnitParts:
 
     def write(self, chunk: RecordedChunk) -> None:
         """Writes samples to disk; raises `OutputError` where that cannot be done."""
-        if not self._parts_folder.exists():
+        if not exists(self._parts_folder):
             prepare_folder(self._parts_folder)
         self._last += 1
         numbers = self._last, self._last
@@ -173,4 +174,4 @@ class UnitParts:
 
 def _last_joined(folder: Path, name: str) -> int:
     whole = joined_file(folder, name)
-    return last_part(whole) if whole.is_file() else 0
+    return last_part(whole) if is_file(whole) else 0

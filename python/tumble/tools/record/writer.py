@@ -14,6 +14,7 @@ from tumble import _core
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import hold_folder, missing_folders, prepare_folder, remove_empty, remove_made
 from tumble.foundation.provenance import date_now
 from tumble.foundation.words import join
@@ -137,7 +138,7 @@ class SessionWriter:
         finally:
             self._disk.shutdown()
             self._release()
-            if not self._session_file.exists():
+            if not exists(self._session_file):
                 remove_empty(self._missing)
 
     @property
@@ -292,18 +293,18 @@ def _facts(unit: SessionUnit, source: Source) -> Facts:
 
 
 def _begun(folder: Path, fresh: Session) -> Session:
-    if (folder / SESSION_FILE).exists():
+    if exists(folder / SESSION_FILE):
         raise OutputError(
             f"{folder}: holds a session already; add to it with --resume, or give another folder"
         )
     for unit in fresh.units:
-        if (there := joined_file(folder, unit.name)).exists():
+        if exists(there := joined_file(folder, unit.name)):
             raise OutputError(f"{there}: is there already and no part of a session; give another folder")
     return fresh
 
 
 def _resumed(folder: Path, fresh: Session) -> Session:
-    if not (folder / SESSION_FILE).exists():
+    if not exists(folder / SESSION_FILE):
         raise OutputError(f"{folder}: holds no session that could go on; leave out --resume")
     before = Session.load(folder)
     if set(before.names) != set(fresh.names):

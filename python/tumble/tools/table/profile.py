@@ -15,6 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from tumble.foundation.documents import Document, Vector, read_document
 from tumble.foundation.errors import TableError
+from tumble.foundation.file_status import exists
 from tumble.foundation.schemas import TABLE_PROFILE
 from tumble.tools.table.axes import Axis, AxisLimits
 
@@ -309,7 +310,7 @@ def load_profile(name: str) -> TableProfile:
     if name in shipped():
         with resources.as_file(resources.files("tumble.tools.table") / "profiles" / f"{name}.yaml") as path:
             return read_document(path, TableProfile, TABLE_PROFILE)
-    if not Path(name).suffix and not Path(name).exists():
+    if not Path(name).suffix and not exists(Path(name)):
         raise TableError(f"{name}: no such profile; known: {', '.join(shipped())}, or give a file")
     return read_document(name, TableProfile, TABLE_PROFILE)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,8 +12,11 @@ import numpy as np
 from pydantic import ValidationError
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.documents import LARGEST_DOCUMENT, mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import CALIBRATION, schema_in
 from tumble.foundation.units import TRIADS, Triad
@@ -108,7 +110,7 @@ class ResultFile:
 
 def is_result(path: Path) -> bool:
     """Returns whether a file is a calibration file or the JSON of a result, by its head."""
-    if path.suffix.lower() not in _ENDINGS or not path.is_file():
+    if path.suffix.lower() not in _ENDINGS or not is_file(path):
         return False
     with path.open("rb") as file:
         head = file.read(_HEAD)
@@ -123,7 +125,7 @@ def results_in(path: Path) -> tuple[ResultFile, ...]:
 
     Raises `CalibrationFileError` where one of them is wrong, or there is none.
     """
-    if path.is_dir():
+    if is_folder(path):
         files = [each for each in sorted(path.iterdir()) if each.suffix == ".yaml" and is_result(each)]
         return tuple(_of_calibration(each, Calibration.load(each)) for each in files)
     if path.suffix.lower() != ".json":
@@ -147,11 +149,10 @@ def _of_calibration(path: Path, calibration: Calibration, **more: Any) -> Result
 
 
 def _content(path: Path) -> Any:  # noqa: ANN401 - whatever JSON holds
+    text = read_text_whole(path, _LARGEST_JSON, "result", error=CalibrationFileError)
     try:
-        if path.stat().st_size > _LARGEST_JSON:
-            raise CalibrationFileError(f"{path}: is larger than any result; give the JSON of a result")
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        return parse_json(text)
+    except JsonError as error:
         raise CalibrationFileError(f"{path}: cannot be read as JSON ({error}); give another file") from error
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import LogError, TumbleError
 from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import log_digest
 from tumble.foundation.recording import Recording
@@ -256,7 +257,7 @@ def _units_of(
 
 
 def _holds_results(path: Path) -> bool:
-    if path.is_dir() and not (path / SESSION_FILE).is_file():
+    if is_folder(path) and not is_file(path / SESSION_FILE):
         return any(is_result(each) for each in path.glob("*.yaml"))
     return is_result(path)
 

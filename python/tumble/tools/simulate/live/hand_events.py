@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import TextIO
 
 import numpy as np
 
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import parse_json
 from tumble.tools.simulate.live.procedure import LiveSimulation
 
 WANTED = "orientation wanted"
@@ -22,7 +22,7 @@ def follow_events(simulation: LiveSimulation, events: TextIO) -> None:
 def _obey(simulation: LiveSimulation, events: TextIO) -> None:
     for line in events:
         try:
-            event = json.loads(line)
+            event = parse_json(line)
             up = np.array(event["up"], dtype=float) if event["event"] == WANTED else None
         except (ValueError, KeyError, TypeError):
             # Other lines are not meant for a hand.

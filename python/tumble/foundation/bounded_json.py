@@ -1,0 +1,67 @@
+"""JSON from anywhere: read in bounded time and depth whatever it holds, or a `JsonError`.
+
+The library leaves three doors open: nesting that exhausts the stack, of its own or of whoever walks through
+what it returned; numbers of millions of digits, which take minutes; and three kinds of errors.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+DEEPEST = 64
+"""Levels of nesting."""
+MOST_DIGITS = 64
+"""Characters of a whole number; what is longer is no quantity of ours."""
+_OPENING, _BRACKETS = b"[{", b"[]{}"
+_OTHERS = bytes(set(range(256)) - {*_BRACKETS})
+
+
+class JsonError(ValueError):
+    """Text that is no JSON, or deeper or longer than any of ours."""
+
+
+def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - JSON is anything
+    """Returns what JSON stands for; raises `JsonError`, which states the line where that is known."""
+    try:
+        found = json.loads(content, parse_int=_integer)
+    except RecursionError:
+        raise JsonError(_TOO_DEEP) from None
+    except json.JSONDecodeError as error:
+        raise JsonError(f"line {error.lineno}: {error.msg}") from None
+    except ValueError as error:
+        raise JsonError(str(error)) from None
+    if _may_be_deep(content) and any(level > DEEPEST for level in _levels(found)):
+        raise JsonError(_TOO_DEEP)
+    return found
+
+
+_TOO_DEEP = f"is nested more than {DEEPEST} levels deep"
+
+
+def _integer(digits: str) -> int:
+    if len(digits) > MOST_DIGITS:
+        raise JsonError(f"a number of {len(digits)} characters; {MOST_DIGITS} at most")
+    return int(digits)
+
+
+def _may_be_deep(content: str | bytes) -> bool:
+    """Returns False where there are too few brackets open at a time, those in text among them."""
+    encoded = content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content
+    level = deepest = 0
+    for bracket in encoded.translate(None, _OTHERS):
+        level += 1 if bracket in _OPENING else -1
+        deepest = max(deepest, level)
+    return deepest > DEEPEST or level != 0
+
+
+def _levels(found: object) -> Iterator[int]:
+    """Yields the level of each list and mapping, the outermost 1."""
+    waiting = [(found, 1)]
+    while waiting:
+        value, level = waiting.pop()
+        if isinstance(value, dict | list):
+            yield level
+            inner = value.values() if isinstance(value, dict) else value
+            waiting += [(each, level + 1) for each in inner]

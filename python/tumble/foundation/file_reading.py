@@ -1,0 +1,76 @@
+"""The one place where files are read whole: never more than a limit, and never a device or a pipe."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from tumble.foundation.errors import PlaceError, TumbleError
+from tumble.foundation.file_status import is_special, unusable
+from tumble.foundation.files import note_input
+
+_HOW = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+"""Opening a pipe that nobody writes to would wait."""
+
+
+def read_whole(
+    path: Path | str,
+    largest: int,
+    what: str = "file",
+    *,
+    remedy: str = "give another file",
+    error: type[TumbleError] = PlaceError,
+) -> bytes:
+    """Returns the content of a file of at most so many bytes, which is then protected as an input.
+
+    `what` names what it should be. Raises `error`, in one line, for a folder, a device, a pipe or a socket, a
+    larger file and one that cannot be read. No more than a byte beyond the limit is read, whatever the file
+    system states as its size.
+    """
+    try:
+        if is_special(path):
+            raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
+        opened = os.open(path, _HOW)
+        with os.fdopen(opened, "rb") as file:
+            mode = os.fstat(opened).st_mode
+            if not stat.S_ISREG(mode):  # put there since
+                raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
+            note_input(Path(path))
+            content = file.read(largest + 1)
+    except PlaceError as hidden:
+        raise error(str(hidden)) from hidden
+    except FileNotFoundError as missing:
+        raise error(f"{path}: no such {what}; check the path") from missing
+    except IsADirectoryError as folder:
+        raise error(f"{path}: is a folder, and no {what}; {remedy}") from folder
+    except (OSError, ValueError) as reason:
+        raise error(unusable(path, reason)) from reason
+    if len(content) > largest:
+        raise error(f"{path}: is larger than {_size(largest)}, and no {what}; {remedy}")
+    return content
+
+
+def read_text_whole(
+    path: Path | str,
+    largest: int,
+    what: str = "file",
+    *,
+    remedy: str = "give another file",
+    error: type[TumbleError] = PlaceError,
+) -> str:
+    """Returns the text of a file in UTF-8, with or without its mark; raises as `read_whole`."""
+    content = read_whole(path, largest, what, remedy=remedy, error=error)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as reason:
+        raise error(f"{path}: is no text in UTF-8, and no {what}; {remedy}") from reason
+
+
+def own_text(path: Path) -> str:
+    """Returns the text of a file that Tumble itself wrote or brings along."""
+    return path.read_text(encoding="utf-8")
+
+
+def _size(largest: int) -> str:
+    return f"{largest >> 20} MiB" if largest >= 1 << 20 else f"{largest >> 10} KiB"

@@ -1,0 +1,67 @@
+"""The one place that asks what stands at a path: an answer, or an error in one line that names the path.
+
+`Path.exists` and its like raise `OSError` or `ValueError` for a folder that nobody may look into, links that
+lead around and names that no file system has.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from tumble.foundation.errors import PlaceError
+
+_SHOWN = 60
+"""Characters shown of a path that is too long."""
+
+
+def exists(path: Path | str) -> bool:
+    """Returns whether anything stands there; raises `PlaceError` where that cannot be seen."""
+    return status_of(path) is not None
+
+
+def is_file(path: Path | str) -> bool:
+    """Returns whether a regular file, or a link to one, stands there; raises `PlaceError`."""
+    status = status_of(path)
+    return status is not None and stat.S_ISREG(status.st_mode)
+
+
+def is_folder(path: Path | str) -> bool:
+    """Returns whether a folder, or a link to one, stands there; raises `PlaceError`."""
+    status = status_of(path)
+    return status is not None and stat.S_ISDIR(status.st_mode)
+
+
+def is_special(path: Path | str) -> bool:
+    """Returns whether it is a device, a pipe or a socket, from which reading may never end."""
+    status = status_of(path)
+    return status is not None and not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode))
+
+
+def is_link(path: Path | str) -> bool:
+    """Returns whether a symbolic link stands there; raises `PlaceError`."""
+    status = status_of(path, follow=False)
+    return status is not None and stat.S_ISLNK(status.st_mode)
+
+
+def status_of(path: Path | str, *, follow: bool = True) -> os.stat_result | None:
+    """Returns the status of what stands there; None for nothing, raises `PlaceError` where it is hidden."""
+    try:
+        return Path(path).stat(follow_symlinks=follow)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:
+        raise PlaceError(unusable(path, error)) from error
+
+
+def unusable(path: Path | str, error: OSError | ValueError) -> str:
+    """Describes in one line why nothing can be done at a path."""
+    text = str(path)
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return f"{text[:_SHOWN]}...: no file has so long a name; check the path"
+    if not isinstance(error, OSError):  # of the interpreter: a null, or letters that no encoding has
+        return f"{text[:_SHOWN]}: is no path: {error}; check it"
+    reason = error.strerror or error
+    return f"{text}: cannot be opened: {reason}; check the path and the permissions of its folders"
