@@ -61,7 +61,7 @@ def test_paths_begin_at_the_folder_of_the_file(places):
         (b'operater = "x"', "line 1: 'operater' is not a setting; did you mean operator"),
         (b'station = "a"\noperator = 1', "line 2: operator needs to be text"),
         (b"operator = ", "is not TOML"),
-        (b'operator = "\xff"', "it is not text in UTF-8"),
+        (b'operator = "\xff"', "is no text in UTF-8"),
         (b'operator = " "', "needs to be a line of text"),
         (b'operator = "\\u001b[31m"', "needs to be a line of text"),
         (b'language = "Klingon"', "needs to be one of"),

@@ -31,6 +31,7 @@ def _run() -> int:
     from tumble.cli.commands import command_line_for, run_command_line
     from tumble.cli.debug_output import without_debug
     from tumble.cli.errors import print_notice, tell_error
+    from tumble.cli.library_chatter import without_library_chatter
     from tumble.cli.standard_output import checked_output
     from tumble.foundation.errors import TumbleError
     from tumble.foundation.files import files_of_command
@@ -43,7 +44,12 @@ def _run() -> int:
     with speaking(ENGLISH):
         try:
             speak(language_of_environment())
-            with files_of_command() as files, checked_output(), _debugged(is_debugged, words):
+            with (
+                files_of_command() as files,
+                checked_output(),
+                without_library_chatter(),
+                _debugged(is_debugged, words),
+            ):
                 code = run_command_line(command, words)
                 for remark in files.remarks():
                     print_notice(remark)

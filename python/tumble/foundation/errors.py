@@ -13,17 +13,12 @@ class TumbleError(Exception):
     """
 
     def __init__(self, why: str, about: str = "") -> None:
-        why = _printable(why)
-        super().__init__(f"{_printable(about)}: {why}" if about else why)
+        why = plain(why)
+        super().__init__(f"{plain(about)}: {why}" if about else why)
         self.why = why
-        self.about = _printable(about)
+        self.about = plain(about)
         self.is_told = False
         """True if a live session has reported it as its last event."""
-
-
-def _printable(text: str) -> str:
-    """Escapes control characters but for ends of lines, so that no terminal obeys text from outside."""
-    return "\n".join(plain(line) for line in text.split("\n"))
 
 
 class CommandError(TumbleError):

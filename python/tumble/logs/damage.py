@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tumble.foundation.errors import LogError
+from tumble.foundation.errors import LogError, TumbleError
 
 COPY_OR_SAVE = "copy it again, or save it again"
 """Remedy for a damaged file that no tool repairs."""
@@ -20,7 +20,7 @@ def damage_said(path: Path, remedy: str) -> Iterator[None]:
     """
     try:
         yield
-    except (LogError, ModuleNotFoundError):
+    except (TumbleError, ModuleNotFoundError):
         raise
     except Exception as error:
         words = str(error).splitlines()

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import exists, is_file, is_folder
+from tumble.foundation.file_status import exists, is_file, is_folder, is_special
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
+from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 from tumble.logs.text_file import open_text
@@ -82,12 +83,16 @@ def firmware_parameters(path: Path) -> tuple[str, Mapping[str, float]] | None:
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Opens a file, or a bag folder, with the reader it needs."""
-    return _reader_for(path).open_logged_imu(path, imu, options)
+    reader = _reader_for(path)
+    with damage_said(path, COPY_OR_SAVE):
+        return reader.open_logged_imu(path, imu, options)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Returns the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
-    return _reader_for(path).list_imus(path, options)
+    reader = _reader_for(path)
+    with damage_said(path, COPY_OR_SAVE):
+        return reader.list_imus(path, options)
 
 
 def _reader_for(path: Path) -> Reader:
@@ -101,7 +106,7 @@ def _find(path: Path) -> LogFormat | None:
     """Finds the format of a file, or of a folder; None for a folder of none."""
     if is_folder(path):
         return _folder_of(path) or _recognised(path, b"")
-    if exists(path) and not is_file(path):
+    if is_special(path):
         raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
     head = _head(path)
     packing = packing_of(head)
@@ -158,6 +163,8 @@ def _folder_of(path: Path) -> LogFormat | None:
     for each in LOG_FORMATS:
         if each.folder_with and exists(path / each.folder_with):
             for part in path.iterdir():
+                if is_special(part):
+                    raise LogError(f"{part}: is a device or a pipe, not a part of a log; remove it")
                 note_input(part)
             return each
     return None

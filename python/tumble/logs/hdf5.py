@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
+from tumble.logs.budget import memory_budget
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.stored_array import BLOCK, StoredArray
@@ -46,6 +47,8 @@ def _opened(path: Path) -> VariablesFile:
         size = path.stat().st_size
         for name, each in datasets.items():
             _refuse_more_than_is_there(name, each, size)
+        if sum(map(_chunk_bytes, datasets.values())) > memory_budget(size):
+            raise ValueError("its chunks take more memory than the readings of such a file")
         variables = [
             Variable(name, each.shape, each.dtype, _pieces(path, name, each), _text(each.attrs, _UNITS))
             for name, each in datasets.items()
@@ -108,9 +111,13 @@ def _refuse_more_than_is_there(name: str, dataset: Any, size: int) -> None:  # n
     kept = dataset.id.get_storage_size()
     packed = dataset.chunks is not None and dataset.id.get_create_plist().get_nfilters() > 0
     most = kept * (LARGEST_RATIO if packed else 1)
-    chunk = 0 if dataset.chunks is None else prod(dataset.chunks) * dataset.dtype.itemsize
-    if kept > size or dataset.nbytes > most + chunk or chunk > LARGEST_RATIO * size:
+    if kept > size or dataset.nbytes > most + _chunk_bytes(dataset):
         raise ValueError(f"{name} says shape {dataset.shape}, and {kept} bytes of it are there")
+
+
+def _chunk_bytes(dataset: Any) -> int:  # noqa: ANN401
+    """Returns the bytes of memory that one chunk takes: the library unpacks it whole."""
+    return 0 if dataset.chunks is None else prod(dataset.chunks) * int(dataset.dtype.itemsize)
 
 
 def _attributes(attributes: Any) -> Mapping[str, Any]:  # noqa: ANN401

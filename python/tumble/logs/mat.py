@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
+from tumble.logs.budget import unpacked_budget
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
@@ -40,6 +41,8 @@ _MAGIC = b"MATLAB 5.0 MAT-file"
 _DEEPEST = 32
 """Structures in one another."""
 
+_MOST_ELEMENTS = 16 * MOST_VARIABLES
+"""Tags of a file: a variable has five, and a member of a structure as many."""
 _PIECE = 1 << 18
 """Bytes that are unpacked at a time."""
 _HEADER = 128
@@ -75,9 +78,11 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 class _Bytes:
     """Bytes of a file, or those that a compressed part of it unpacks to."""
 
-    def __init__(self, path: Path, packed: tuple[int, int] | None = None) -> None:
+    def __init__(self, path: Path, packed: tuple[int, int] | None = None, most: int = 0) -> None:
+        """`packed` is where the compressed part begins and how long it is, `most` what it may unpack to."""
         self._path = path
         self._packed = packed
+        self._most = most
 
     @cached_property
     def size(self) -> int:
@@ -105,21 +110,23 @@ class _Bytes:
         unpacked: BinaryIO = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - lives as long as these bytes
         with self._path.open("rb") as file:
             file.seek(offset)
-            for piece in _unpacked_pieces(file, size):
+            for piece in _unpacked_pieces(file, size, self._most):
                 unpacked.write(piece)
         return unpacked
 
 
-def _unpacked_pieces(file: BinaryIO, size: int) -> Iterator[bytes]:
-    """Unpacks the next `size` bytes; raises `EOFError` where they have no end, or too far a one."""
-    unpacker, left = zlib.decompressobj(), LARGEST_RATIO * (size + 1)
-    while not unpacker.eof and left > 0:
+def _unpacked_pieces(file: BinaryIO, size: int, most: int) -> Iterator[bytes]:
+    """Unpacks the next `size` bytes; raises `EOFError` where they have no end, `ValueError` beyond `most`."""
+    unpacker, left = zlib.decompressobj(), most
+    while not unpacker.eof:
         packed = unpacker.unconsumed_tail or file.read(min(size, _PIECE))
         size -= 0 if unpacker.unconsumed_tail else len(packed)
         piece = unpacker.decompress(packed, _PIECE)
         if not packed and not piece:
             break
         left -= len(piece)
+        if left < 0:
+            raise ValueError("its variables unpack to more than readings do")
         yield piece
     if not unpacker.eof:
         raise EOFError("a compressed variable has no end")
@@ -185,7 +192,8 @@ class _Version5:
         self._path = path
         self._file = _Bytes(path)
         self._order = "<" if self._file.read(_HEADER - 2, 2) == b"IM" else ">"
-        self._found = 0
+        self._found = self._elements = 0
+        self._left = unpacked_budget(path.stat().st_size)
         self.opaque = False
         """Indicates whether there are tables, or objects of classes."""
 
@@ -195,13 +203,19 @@ class _Version5:
         while position < self._file.size:
             element = self._element(self._file, position)
             if element.kind == _COMPRESSED:
-                unpacked = _Bytes(self._path, (element.offset, element.size))
+                unpacked = _Bytes(self._path, (element.offset, element.size), self._left)
+                self._left -= unpacked.size
                 yield from self._matrix(unpacked, self._element(unpacked, 0), "", 0)
             elif element.kind == _MATRIX:
                 yield from self._matrix(self._file, element, "", 0)
+            else:
+                raise ValueError(f"no variable of MATLAB begins at byte {position}")
             position = element.next
 
     def _element(self, source: _Bytes, position: int) -> _Element:
+        self._elements += 1
+        if self._elements > _MOST_ELEMENTS:
+            raise ValueError(f"it holds more than {_MOST_ELEMENTS} parts, which is no log")
         kind, size = struct.unpack(f"{self._order}II", source.read(position, 8))
         if kind >> 16:  # a short one, whose data stand in its tag
             return _Element(kind & 0xFFFF, position + 4, min(kind >> 16, 4), position + 8)

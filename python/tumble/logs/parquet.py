@@ -38,7 +38,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     with opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
     found = imu_in(path, schema, imu, options, "parquet", partial(_batches, path))
-    facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
+    stated = schema.metadata or {}
+    facts = {key.decode(): stated[key].decode("utf-8", "backslashreplace") for key in FACTS if key in stated}
     return replace(
         found,
         serial=facts.get("tumble.serial", ""),

@@ -25,7 +25,7 @@ class RosBag(ABC):
     def __init__(self, path: Path) -> None:
         self.path = path
         with damage_said(path, remedy(path)), self._reader(path) as reader:
-            self._types = {connection.topic: connection.msgtype for connection in reader.connections}
+            self._types = {_text(each.topic): _text(each.msgtype) for each in reader.connections}
             self._definitions = {
                 connection.topic: Definition(
                     self.encoding_name,
@@ -56,3 +56,10 @@ class RosBag(ABC):
     def facts(self) -> dict[str, str]:
         """Tumble writes no such bags."""
         return {}
+
+
+def _text(stated: object) -> str:
+    """Returns the name of a topic or type; raises `TypeError` where a database holds something else."""
+    if not isinstance(stated, str):
+        raise TypeError(f"a topic or type is {type(stated).__name__}, no text")
+    return stated

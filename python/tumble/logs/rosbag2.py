@@ -5,15 +5,28 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from rosbags.rosbag2 import Reader
+import apsw
+from rosbags.rosbag2 import Reader, reader, storage_mcap
 
+from tumble.foundation.bounded_yaml import parse
+from tumble.foundation.documents import LARGEST_DOCUMENT
+from tumble.foundation.errors import LogError
+from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import is_folder
 from tumble.logs.bags import BagMessage, remedy
+from tumble.logs.bounded_bags import BoundedZstd, bound_queries, unpacked_lz4, unpacked_zstd
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
 from tumble.logs.rosbag import RosBag
 from tumble.logs.rosmsg import CDR
 from tumble.logs.track import LoggedImu
+
+_METADATA = "metadata.yaml"
+
+apsw.connection_hooks.append(bound_queries)
+reader.zstd = BoundedZstd(reader.zstd)  # type: ignore[attr-defined,assignment]
+storage_mcap.DECOMPRESSORS |= {"lz4": unpacked_lz4, "zstd": unpacked_zstd}
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -35,6 +48,11 @@ class RosBag2(RosBag):
 
     @staticmethod
     def _reader(path: Path) -> Reader:
+        if is_folder(path):
+            # Bounds of nesting and size; the library has none.
+            parse(
+                read_text_whole(path / _METADATA, LARGEST_DOCUMENT, "list of a bag's files", error=LogError)
+            )
         return Reader(path)
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
@@ -42,4 +60,6 @@ class RosBag2(RosBag):
         with damage_said(self.path, remedy(self.path)), self._reader(self.path) as reader:
             wanted = [connection for connection in reader.connections if connection.topic in names]
             for connection, log_time, data in reader.messages(connections=wanted):
+                if not isinstance(data, bytes):
+                    raise TypeError(f"a message is {type(data).__name__}, no bytes")
                 yield BagMessage(connection.topic, log_time, data)

@@ -33,6 +33,10 @@ _FIELD = "Laboratory"
 _PDF = b"%PDF-"
 _LARGEST_ANSWER = 200
 
+# Without a handler of their own, libraries would print remarks on damaged files.
+for _library in ("pyhanko", "pyhanko_certvalidator"):
+    logging.getLogger(_library).addHandler(logging.NullHandler())
+
 
 @dataclass(frozen=True, slots=True)
 class Signed:
@@ -213,9 +217,6 @@ def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate] | None) -> x
     from pyhanko.sign.validation.status import SignatureCoverageLevel
     from pyhanko_certvalidator import ValidationContext
 
-    # Its answers are enough; it would also print what it stumbles over.
-    logging.getLogger("pyhanko").setLevel(logging.CRITICAL + 1)
-    logging.getLogger("pyhanko_certvalidator").setLevel(logging.CRITICAL + 1)
     signatures = PdfFileReader(io.BytesIO(content)).embedded_signatures
     if not signatures:
         raise _NotIntactError(NOT_SIGNED)

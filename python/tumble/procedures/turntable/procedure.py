@@ -355,7 +355,7 @@ def with_serial(unit: UnitRead, serial: str) -> UnitRead:
 def refuse_if_all_failed(results: Sequence[TargetResult]) -> None:
     """Raises `ProcedureError`, with a line for each target, where none could be calibrated."""
     if all(result.failure for result in results):
-        raise ProcedureError("\n".join(result.failure for result in results))
+        raise ProcedureError("; ".join(result.failure for result in results))
 
 
 def _refuse_unknown(**words: tuple[str, object]) -> None:

@@ -1,0 +1,185 @@
+"""Logs that unpack, compute or link to more than their bytes hold: one line, in bounded memory and time."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import struct
+import tempfile
+import zlib
+from pathlib import Path
+
+import h5py
+import lz4.frame
+import numpy as np
+import pytest
+from rosbags.rosbag2 import storage_mcap
+
+from hostile import read_or_refuse
+from hostile_places import patient
+from tumble.foundation.errors import LogError
+from tumble.logs import list_imus
+from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
+from tumble.logs.options import ReadOptions
+from turntable_sessions import one_line, typed
+
+ATTACKS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "attack"
+MOST = 64 << 20
+"""Bytes of memory for any of these, which are small."""
+
+
+def refused(path):
+    """The line in which a log is refused, without more memory than it needs."""
+    with patient(), pytest.raises(LogError) as caught:
+        list_imus(path, ReadOptions())
+    assert "\n" not in str(caught.value)
+    with patient():
+        assert read_or_refuse(path) < MOST
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bag-type-is-blob.db3", "a topic or type is bytes, no text"),
+        ("bag-data-is-text.db3", "a message is str, no bytes"),
+        ("bag-generated-900MB.db3", "column 'data' of messages is computed, as in no bag"),
+        ("bag-newline-in-topic.db3", r"topic /\ntumble: error: all is well holds no messages"),
+        ("overflow-v4.mat", "212 of 400 samples are what no sensor reads"),
+    ],
+)
+def test_attacks_of_the_past_are_one_line(name, words):
+    if not ATTACKS.is_dir():
+        pytest.skip(f"{ATTACKS} is not there")
+    with patient():
+        done = typed("inspect", ATTACKS / name)
+    assert (done.code, done.out) == (2, "")
+    assert words in one_line(done.err)
+
+
+def test_a_serial_that_is_no_text_is_read_escaped():
+    if not ATTACKS.is_dir():
+        pytest.skip(f"{ATTACKS} is not there")
+    done = typed("inspect", ATTACKS / "parquet-serial-not-utf8.parquet")
+    assert done.code == 0, done.err
+    assert r"\xff" in done.out
+
+
+def bag(path, *statements):
+    """A bag of ROS 2 in which a database states more than rows."""
+    with sqlite3.connect(path) as database:
+        for each in (
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)",
+            *statements,
+        ):
+            database.execute(each)
+    database.close()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("statements", "words"),
+    [
+        (
+            ["CREATE TABLE rows(n)", "CREATE VIEW messages AS SELECT n AS id FROM rows"],
+            "missing tables|has a view 'messages'",
+        ),
+        (
+            [
+                "CREATE TABLE messages(id INTEGER, topic_id INTEGER, timestamp INTEGER, "
+                "data BLOB AS (zeroblob(900000000)) STORED)"
+            ],
+            "column 'data' of messages is computed",
+        ),
+        (
+            [
+                "CREATE TABLE messages(id INTEGER, topic_id INTEGER, timestamp INTEGER, data BLOB)",
+                "CREATE TRIGGER t AFTER INSERT ON messages BEGIN DELETE FROM topics; END",
+            ],
+            "has a trigger 't'",
+        ),
+    ],
+)
+def test_a_database_that_computes_is_no_bag(tmp_path, statements, words):
+    with pytest.raises(LogError, match=words):
+        list_imus(bag(tmp_path / "bag.db3", *statements), ReadOptions())
+
+
+def test_a_pipe_in_a_bag_is_never_read(tmp_path):
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    os.mkfifo(folder / "metadata.yaml")
+    assert "is a device or a pipe, not a part of a log" in refused(folder)
+    (folder / "metadata.yaml").unlink()
+    (folder / "metadata.yaml").write_text("[" * 100_000)
+    assert "is nested more than 64 levels deep" in refused(folder)
+
+
+def element(kind, content):
+    return struct.pack("<II", kind, len(content)) + content + bytes(-len(content) % 8)
+
+
+def matrix(name, rows):
+    """A matrix of zeros of version 5."""
+    parts = element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<ii", rows, 1))
+    return element(14, parts + element(1, name) + element(9, bytes(8 * rows)))
+
+
+HEAD = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+
+
+@pytest.mark.parametrize("size", [1 << 22, 40 << 20])
+def test_zeros_behind_the_variables_of_matlab_are_refused(tmp_path, size):
+    path = tmp_path / "log.mat"
+    path.write_bytes(HEAD + matrix(b"ax", 400))
+    with path.open("r+b") as file:
+        file.truncate(size)
+    assert "no variable of MATLAB begins at byte" in refused(path)
+
+
+def test_variables_of_matlab_unpack_within_a_budget(tmp_path, monkeypatch):
+    path = tmp_path / "log.mat"
+    packed = zlib.compress(matrix(b"ax", 8 << 20), 9)
+    path.write_bytes(HEAD + 20 * (struct.pack("<II", 15, len(packed)) + packed))
+    written = []
+    real = tempfile.TemporaryFile
+    monkeypatch.setattr(tempfile, "TemporaryFile", lambda **how: written.append(real(**how)) or written[-1])
+    assert "its variables unpack to more than readings do" in refused(path)
+    assert sum(os.fstat(each.fileno()).st_size for each in written) < 300 << 20
+
+
+def test_chunks_of_hdf5_take_memory_within_a_budget(tmp_path):
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        for name in ("time", "ax", "ay", "az", "gx", "gy", "gz"):
+            made = file.create_dataset(name, (4 << 20,), float, chunks=(4 << 20,), compression="gzip")
+            made[:] = np.zeros(4 << 20)
+    assert path.stat().st_size < 1 << 20
+    assert "its chunks take more memory than the readings of such a file" in refused(path)
+
+
+def test_what_is_packed_in_bags_unpacks_within_a_budget(tmp_path):
+    zstd = storage_mcap.zstd
+    for size in (1 << 20, 1 << 30):
+        small = zstd.compress(bytes(1 << 20))
+        with pytest.raises(ValueError, match="unpacks to too much"):
+            unpacked_zstd(small, (1 << 20) - 1)
+        with pytest.raises(ValueError, match="no end, or unpacks"):
+            unpacked_zstd(small[:-4], size)
+    assert unpacked_zstd(zstd.compress(b"reading"), 7) == b"reading"
+    assert unpacked_lz4(lz4.frame.compress(b"reading"), 7) == b"reading"
+    with pytest.raises(ValueError, match="unpacks to too much"):
+        unpacked_lz4(lz4.frame.compress(bytes(1 << 20)), 1000)
+    bounded = BoundedZstd(zstd)
+    assert bounded.decompress(zstd.compress(b"reading")) == b"reading"
+    with pytest.raises(ValueError, match="unpacks to too much"):
+        bounded.decompress(zstd.compress(bytes((1 << 24) + 1)))
+    path = tmp_path / "bag.db3.zstd"
+    path.write_bytes(zstd.compress(bytes(160 << 20)))
+    with (
+        path.open("rb") as file,
+        bounded.open(file, "rb") as stream,
+        pytest.raises(ValueError, match="readings"),
+    ):
+        shutil.copyfileobj(stream, (tmp_path / "unpacked").open("wb"))
