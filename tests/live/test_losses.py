@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import socket
 import sys
-import threading
-import time
 
 import numpy as np
 import pytest
 
 from ports import free_port
+from simulated_clock import SimulatedClock
+from tumble.foundation import clock
 from tumble.live import open_set
 from tumble.live.losses import SampleLoss
 from turntable_sessions import typed
@@ -67,24 +67,22 @@ def test_datagrams_that_the_system_drops_are_counted():
 def recorded(tmp_path, numbers):
     """`tumble record` of samples with these numbers; how it ended."""
     port = free_port()
-    ended = threading.Event()
 
     def send():
+        # The port is open before the first sample.
+        clock.sleep(1.0)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-            while not ended.is_set():
-                for number in numbers:
-                    line.sendto(datagram(number), ("127.0.0.1", port))
-                    time.sleep(0.0005)
-                return
+            for number in numbers:
+                line.sendto(datagram(number), ("127.0.0.1", port))
+                clock.sleep(1.0 / RATE)
 
-    # The port is open before the first sample: `listening` is printed then.
-    sender = threading.Timer(1.5, send)
-    sender.start()
-    done = typed(
-        "record", f"a=udp://127.0.0.1:{port}", "-o", tmp_path / "session", "--count", len(numbers) - 5
-    )
-    ended.set()
-    sender.join()
+    with SimulatedClock():
+        sender = clock.thread(send)
+        sender.start()
+        done = typed(
+            "record", f"a=udp://127.0.0.1:{port}", "-o", tmp_path / "session", "--count", len(numbers) - 5
+        )
+        clock.wait(sender)
     return done
 
 

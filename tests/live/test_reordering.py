@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -13,6 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ports import free_port
+from simulated_clock import SimulatedClock
+from tumble.foundation import clock
 from tumble.live import open_source
 from tumble.live.readings import Readings
 from tumble.live.reordering import ReorderBuffer
@@ -123,16 +123,16 @@ def test_the_usual_step_follows_a_new_rate():
 def sent_over_udp(order, setting=""):
     """Stamps that a source gives of datagrams sent in this order, and its remarks."""
     port = free_port()
-    with open_source(f"udp://127.0.0.1:{port}{setting}") as source:
+    with SimulatedClock(), open_source(f"udp://127.0.0.1:{port}{setting}") as source:
 
         def send():
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
                 for number in order:
                     sample = {"t": number / RATE, "acc": [0.1, 0.2, 9.8], "gyro": [0.0, 0.01, 0.0]}
                     line.sendto(json.dumps(sample).encode(), ("127.0.0.1", port))
-                    time.sleep(0.0005)
+                    clock.sleep(0.0005)
 
-        sender = threading.Thread(target=send)
+        sender = clock.thread(send)
         sender.start()
         times, silent = [], 0
         for chunk in source:
@@ -140,7 +140,7 @@ def sent_over_udp(order, setting=""):
             silent = 0 if len(chunk) else silent + (not sender.is_alive())
             if silent > 3:
                 break
-        sender.join()
+        clock.wait(sender)
         return np.array(times), source.remarks
 
 

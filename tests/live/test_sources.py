@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import importlib
 import json
-import select
 import socket
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from live_fixtures import first_samples, resting, samples_of, serial_device, text_lines
 from ports import free_port
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import HEARTBEAT, open_source, parse_address, schemes
 from tumble.live.address import host_and_port
 from tumble.logs import ReadOptions
 
 TABLE = resting(120)
+pytestmark = pytest.mark.usefixtures("simulated_clock")
 
 
 def refusal(text, options=None):
@@ -98,14 +98,14 @@ def test_samples_come_over_a_serial_line():
 def test_waiting_bytes_are_read_at_once_if_the_descriptor_is_ready():
     with serial_device() as device, open_source(f"serial:{device.path}") as source:
         assert len(source.read()) == 0
-        assert select.select([source.fileno()], [], [], 0.0)[0] == []
-        began = time.monotonic()
+        assert not clock.readable(source.fileno(), 0.0)
+        began = clock.now()
         device.write(text_lines(TABLE))
         found = np.empty(0)
         while len(found) < len(TABLE):
-            assert select.select([source.fileno()], [], [], 5.0)[0]
+            assert clock.readable(source.fileno(), 5.0)
             chunk = source.read()
-            assert not len(chunk) or began < chunk.arrival <= time.monotonic()
+            assert not len(chunk) or began <= chunk.arrival <= clock.now()
             found = np.append(found, chunk.time)
     assert np.array_equal(found, TABLE[:, 0])
 

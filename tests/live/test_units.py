@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import time
 
 import numpy as np
 import pytest
@@ -22,8 +21,11 @@ from live_fixtures import (
 from mavlink_fixtures import autopilot, highres
 from mavlink_fixtures import scripted as mavlink_scripted
 from ports import free_port
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import SharedLines, open_set, open_source, parse_address
+
+pytestmark = pytest.mark.usefixtures("simulated_clock")
 
 TABLES = {"left": resting(120, seed=1), "right": resting(120, seed=2)}
 
@@ -224,10 +226,10 @@ def test_units_of_one_address_share_its_line():
 
 def counted(units):
     """Samples of each unit of a set, until all of `TABLES` have come, or for 20 s."""
-    found, until = dict.fromkeys(TABLES, 0), time.monotonic() + 20.0
+    found, until = dict.fromkeys(TABLES, 0), clock.now() + 20.0
     for name, chunk in units:
         found[name] += len(chunk)
-        if sum(found.values()) >= sum(map(len, TABLES.values())) or time.monotonic() > until:
+        if sum(found.values()) >= sum(map(len, TABLES.values())) or clock.now() > until:
             break
     return found
 

@@ -22,6 +22,8 @@ from tumble.tools.simulate import simulate_magnetometer
 from tumble.tools.simulate.magnetometer.files import write_magnetometer
 from turntable_sessions import one_line, typed
 
+pytestmark = pytest.mark.usefixtures("simulated_clock")
+
 DATES = re.compile(r"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
 
 

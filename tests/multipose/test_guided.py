@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import tumble
-from live_benches import waiting_bench
+from live_benches import simulated_bench
 from tumble.foundation.errors import ProcedureError
-from tumble.procedures.multipose.live import LiveMultipose
 from tumble.tools.guided.figures import SphereFigure
 from tumble.tools.guided.order import RunOrder
 from tumble.tools.guided.run import run_kind
@@ -20,7 +19,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hand")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        with waiting_bench(patch, LiveMultipose, motion="hand", told=True, grades=("tactical",)) as bench:
+        with simulated_bench(motion="hand", told=True, grades=("tactical",)) as bench:
             order = RunOrder(
                 folder=folder,
                 sources=bench.addresses,

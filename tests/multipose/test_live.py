@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tumble
-from live_benches import WaitingBench, waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from ports import free_port
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.goal import Goal
@@ -25,9 +25,7 @@ from tumble.poses.by_hand import natural, orientation_words
 from tumble.procedures.multipose.guide import OrientationGuide
 from tumble.procedures.multipose.held import HeldRests, rests_by_hand
 from tumble.procedures.multipose.live import LiveMultipose
-from tumble.tools.record import procedure as recording
-from tumble.tools.record import silence
-from tumble.tools.simulate import LiveFault
+from tumble.tools.simulate import LiveFault, LiveSimulation
 from turntable_sessions import one_line, typed
 
 G = 9.80665
@@ -36,8 +34,8 @@ DATES = re.compile(r"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
 MOST_SIGMAS = 6.0
 
 
-def hand(monkeypatch, **changes):
-    return waiting_bench(monkeypatch, LiveMultipose, **{**HAND, **changes})
+def hand(**changes):
+    return simulated_bench(**{**HAND, **changes})
 
 
 def session_on(bench, folder, **options):
@@ -171,17 +169,17 @@ class TremblingFeed:
 
 
 def tremble(monkeypatch):
-    quiet = WaitingBench._feed_in_hand
+    quiet = LiveSimulation._feed_in_hand
 
     def trembling(bench, stack, faults):
         return {name: TremblingFeed(feed) for name, feed in quiet(bench, stack, faults).items()}
 
-    monkeypatch.setattr(WaitingBench, "_feed_in_hand", trembling)
+    monkeypatch.setattr(LiveSimulation, "_feed_in_hand", trembling)
 
 
 def test_rests_in_a_trembling_hand_count_as_in_the_recording(monkeypatch, tmp_path):
     tremble(monkeypatch)
-    with hand(monkeypatch, seed=50, rate_hz=200.0, told=True) as bench:
+    with hand(seed=50, rate_hz=200.0, told=True) as bench:
         session = session_on(bench, tmp_path, orientations=12, duration=150.0)
         steps, ticks = [], []
         for step in led(bench, session):
@@ -199,8 +197,8 @@ def test_rests_in_a_trembling_hand_count_as_in_the_recording(monkeypatch, tmp_pa
         assert (resumed.guide.rests, resumed.guide.orientations) == (len(ticks), steps[-1].orientations)
 
 
-def test_hand_that_follows_requests_reaches_the_goal_and_the_truth(monkeypatch, tmp_path):
-    with hand(monkeypatch, seed=41, told=True) as bench:
+def test_hand_that_follows_requests_reaches_the_goal_and_the_truth(tmp_path):
+    with hand(seed=41, told=True) as bench:
         session = session_on(bench, tmp_path, goal=Goal.parse("bias 0.004, scale 0.05 %"))
         steps = list(led(bench, session))
         truth = bench.truth
@@ -215,8 +213,8 @@ def test_hand_that_follows_requests_reaches_the_goal_and_the_truth(monkeypatch, 
     assert np.abs(off_in_sigmas(found, truth)).max() < MOST_SIGMAS
 
 
-def test_the_recording_gives_what_the_live_session_gave_to_the_bit(monkeypatch, tmp_path):
-    with hand(monkeypatch, seed=42, rest_seconds=4.0) as bench:
+def test_the_recording_gives_what_the_live_session_gave_to_the_bit(tmp_path):
+    with hand(seed=42, rest_seconds=4.0) as bench:
         done = typed(
             *("multipose", "--live", bench.addresses["imu"], "--orientations", "12", "--pose-seconds", "3s"),
             *("-o", tmp_path / "live", "--operator", "Ada", "--json"),
@@ -235,8 +233,8 @@ def test_the_recording_gives_what_the_live_session_gave_to_the_bit(monkeypatch, 
     assert "operator: Ada" in one.read_text()
 
 
-def test_a_session_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
-    with hand(monkeypatch, seed=43, told=True) as bench:
+def test_a_session_that_was_stopped_goes_on_where_it_was(tmp_path):
+    with hand(seed=43, told=True) as bench:
         session = session_on(bench, tmp_path, orientations=12)
         for step in led(bench, session):
             if step.kind == "rest done" and step.orientations == 4:
@@ -252,10 +250,8 @@ def test_a_session_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
 
 
 def test_unreached_goal_is_reported_with_exit_code_3(monkeypatch, tmp_path):
-    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     gone = LiveFault("unplugged", start=75.0, end=1e6)
-    with hand(monkeypatch, seed=44, rest_seconds=4.0, faults={"imu": [gone]}) as bench:
+    with hand(seed=44, rest_seconds=4.0, faults={"imu": [gone]}) as bench:
         done = typed(
             *("multipose", "--live", bench.addresses["imu"], "--until", "bias 1e-6", "--pose-seconds", "3s"),
             *("-o", tmp_path),
@@ -266,8 +262,8 @@ def test_unreached_goal_is_reported_with_exit_code_3(monkeypatch, tmp_path):
     assert list(tmp_path.glob("*.multipose.yaml"))
 
 
-def test_insufficient_session_is_one_line_with_the_recording_place(monkeypatch, tmp_path):
-    with hand(monkeypatch, seed=45, told=True) as bench:
+def test_insufficient_session_is_one_line_with_the_recording_place(tmp_path):
+    with hand(seed=45, told=True) as bench:
         done = typed("multipose", "--live", bench.addresses["imu"], "--duration", "1s", "-o", tmp_path)
     assert done.code == 2
     last = done.err.splitlines()[-1]
@@ -315,8 +311,7 @@ def test_sigmas_are_stated_in_the_units_of_the_report_or_in_per_cent():
     ],
 )
 def test_fault_of_the_unit_is_reported_at_once(fault, said, monkeypatch, tmp_path):
-    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    with hand(monkeypatch, seed=46, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
+    with hand(seed=46, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
         session = session_on(bench, tmp_path, orientations=10)
         for step in session.steps():
             if step.kind == "warning":
@@ -326,30 +321,23 @@ def test_fault_of_the_unit_is_reported_at_once(fault, said, monkeypatch, tmp_pat
 
 
 def test_an_orientation_in_which_the_unit_was_away_is_asked_for_again(monkeypatch, tmp_path):
-    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    away = LiveFault("unplugged", start=12.0, end=14.0)
-    with hand(monkeypatch, seed=49, told=True, faults={"imu": [away]}) as bench:
+    away = LiveFault("unplugged", start=12.0, end=16.0)
+    with hand(seed=49, told=True, faults={"imu": [away]}) as bench:
         asked, broken = [], None
         session = session_on(bench, tmp_path, orientations=10)
         for step in led(bench, session):
             if step.kind == "orientation wanted":
                 asked.append(step.subject)
-                vars(bench).pop("allow", None)
             elif step.kind == "warning" and step.text.startswith("is silent"):
                 broken = len(asked)
-                # Nobody looks at the unit any more, and time goes on.
-                bench.allow(math.nan)
-                bench.allow = lambda stamp: None
     assert broken is not None
     assert asked[broken] == asked[broken - 1]
     assert session.is_reached
 
 
 def test_unit_gone_for_good_ends_the_session_with_the_data_so_far(monkeypatch, tmp_path):
-    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     fault = LiveFault("unplugged", start=30.0, end=1e6)
-    with hand(monkeypatch, seed=47, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
+    with hand(seed=47, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
         steps = list(session_on(bench, tmp_path).steps())
     assert steps[-1].kind == "ended early"
     assert "no unit has sent anything" in steps[-1].text

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 import tumble
-from live_benches import QUICK_BENCH, waiting_bench
+from live_benches import simulated_bench
 from repetitions import SOAK
 from tumble.foundation.errors import OutputError
 from tumble.foundation.results import LARGEST_WIDENING
 from tumble.logs.session import recorded_so_far
-from tumble.procedures.multipose.live import LiveMultipose
-from tumble.tools.record import parts, silence
-from tumble.tools.record import procedure as recording
-from tumble.tools.simulate import LiveFault, LiveSimulation
+from tumble.tools.record import parts
+from tumble.tools.simulate import LiveFault
 from turntable_sessions import typed
 
 MOST_SIGMAS = 6.0
@@ -82,19 +80,11 @@ def assert_near(triad, truth):
     assert max(map(abs, off.values())) < MOST_SIGMAS, (triad.triad, off)
 
 
-@pytest.fixture
-def impatient(monkeypatch):
-    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
-
-
 @pytest.mark.parametrize("number", draws(50))
-def test_unit_unplugged_in_a_turn_corrupts_nothing(number, tmp_path, monkeypatch, impatient):
+def test_unit_unplugged_in_a_turn_corrupts_nothing(number, tmp_path):
     transport = ("udp", "tcp", "pty")[number % 3]
     faults = drawn(number, "unplugged")
-    with waiting_bench(
-        monkeypatch, LiveMultipose, **HAND, seed=number, faults=faults, transport=transport, folder=tmp_path
-    ) as bench:
+    with simulated_bench(**HAND, seed=number, faults=faults, transport=transport, folder=tmp_path) as bench:
         done = session(bench, tmp_path / "out")
         truth = bench.truth
     judge(done, tmp_path / "out", truth)
@@ -102,21 +92,19 @@ def test_unit_unplugged_in_a_turn_corrupts_nothing(number, tmp_path, monkeypatch
 
 @pytest.mark.parametrize("kind", ["garbled", "frozen", "gap", "late"] if SOAK else ["garbled", "frozen"])
 @pytest.mark.parametrize("number", draws(12))
-def test_damage_on_the_way_and_sensors_that_freeze_corrupt_nothing(
-    kind, number, tmp_path, monkeypatch, impatient
-):
+def test_damage_on_the_way_and_sensors_that_freeze_corrupt_nothing(kind, number, tmp_path):
     faults = drawn(number, kind)
-    with waiting_bench(monkeypatch, LiveMultipose, **HAND, seed=number, faults=faults) as bench:
+    with simulated_bench(**HAND, seed=number, faults=faults) as bench:
         done = session(bench, tmp_path / "out")
         truth = bench.truth
     judge(done, tmp_path / "out", truth)
 
 
 @pytest.mark.parametrize("number", draws(24))
-def test_clocks_that_jump_and_units_that_restart_corrupt_nothing(number, tmp_path, impatient):
+def test_clocks_that_jump_and_units_that_restart_corrupt_nothing(number, tmp_path):
     faults = drawn(number, "clock-jump", "time-backwards", "restart")
-    usual = {**QUICK_BENCH, **HAND, "clock_offset_seconds": 5.0, "clock_skew_ppm": 50.0}
-    with LiveSimulation(**usual, seed=number, faults=faults, speed=8.0) as bench:
+    apart = {"clock_offset_seconds": 5.0, "clock_skew_ppm": 50.0}
+    with simulated_bench(**HAND, **apart, seed=number, faults=faults) as bench:
         done = session(bench, tmp_path / "out")
         truth = bench.truth
     judge(done, tmp_path / "out", truth)
@@ -135,7 +123,7 @@ def test_full_disk_ends_it_in_one_line_and_the_recording_resumes(number, tmp_pat
         written.append(len(chunk))
         original(self, chunk)
 
-    with waiting_bench(monkeypatch, LiveMultipose, **HAND, seed=number) as bench:
+    with simulated_bench(**HAND, seed=number) as bench:
         with monkeypatch.context() as full:
             full.setattr(parts.UnitParts, "write", write)
             full.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.1)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +14,8 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
+from killed_commands import killed_on_bench
+from live_benches import simulated_bench, words_of
 from live_fixtures import resting, text_lines
 from ports import free_port
 from repetitions import SOAK
@@ -26,6 +26,7 @@ from tumble.logs.session import Session, joined_file, parts_folder, unit_files
 from tumble.tools.record import parts
 from tumble.tools.record.parts import RecordedChunk, UnitParts
 from tumble.tools.record.recorded_source import recorded_source
+from tumble.tools.simulate import LiveSimulation
 from turntable_sessions import typed
 
 TABLE = resting(300)
@@ -239,108 +240,65 @@ def test_sensor_and_arrival_times_are_recorded_beside_the_common_one():
     assert np.isnan(recorded.temperature).all()
 
 
-class Stream:
-    """Sends samples to ports, one a period of each, until it is left."""
-
-    def __init__(self, ports, rate=200.0):
-        self._ports, self._rate = ports, rate
-        script = (
-            "import socket,sys,time\n"
-            "s=socket.socket(socket.AF_INET,socket.SOCK_DGRAM)\n"
-            f"ports={ports!r}\n"
-            "began=time.monotonic(); k=0\n"
-            "while True:\n"
-            f"    row=','.join(map(repr,[k/{rate},0.01*(k%7),0.0,9.8,0.001*(k%5),0.0,0.0]))\n"
-            "    for port in ports:\n"
-            "        if k%50==0: s.sendto(b'time,ax,ay,az,gx,gy,gz',('127.0.0.1',port))\n"
-            "        s.sendto(row.encode(),('127.0.0.1',port))\n"
-            "    k+=1\n"
-            f"    time.sleep(max(0.0,began+k/{rate}-time.monotonic()))\n"
-        )
-        self._script = script
-
-    def __enter__(self):
-        self._process = subprocess.Popen([sys.executable, "-c", self._script])
-        return self
-
-    def __exit__(self, *error):
-        self._process.kill()
-        self._process.wait()
+UNITS = {"grades": ("tactical", "tactical"), "motion": "six-faces", "rate_hz": 200.0}
+"""Of a bench whose units are recorded."""
 
 
-def recording(session, ports, *more):
-    """`tumble record` of units at these ports, in a process of its own."""
-    words = [f"{name}=udp://127.0.0.1:{port}" for name, port in ports.items()]
-    program = "from tumble.cli.main import main; main()"
-    command = [sys.executable, "-c", program, "record", *words, "-o", session, "--json", *more]
-    return subprocess.Popen(
-        [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ
-    )
-
-
-def wait_for_samples(process, count):
-    """Reads events until each unit has so many samples; returns the last event."""
-    for line in process.stdout:
-        event = json.loads(line)
-        if all(unit["samples"] >= count for unit in event["units"]):
-            return event
-    raise AssertionError(process.stderr.read().decode())
-
-
-@pytest.mark.parametrize("draw", range(100 if SOAK else 1))
+@pytest.mark.parametrize("draw", range(100 if SOAK else 3))
 def test_killed_recorder_loses_two_seconds_at_most_and_stays_readable(tmp_path, draw):
-    session, ports = tmp_path / "session", {"a": free_port(), "b": free_port()}
-    rate = 200.0
-    with Stream(list(ports.values()), rate):
-        process = recording(session, ports)
-        wait_for_samples(process, 600)
-        # Somewhere between two writings, or in one.
-        time.sleep(np.random.default_rng(draw).uniform(0.0, 1.2))
-        process.send_signal(signal.SIGKILL)
-        killed = time.monotonic()
-        process.wait()
-    done = typed("inspect", f"{session}:a")
+    rng, session = np.random.default_rng(draw), tmp_path / "session"
+    print(f"seed {draw}")
+    # Between two writings, or in one, the disk being slow.
+    after, operations = rng.uniform(3.0, 6.0), int(rng.integers(0, 30))
+    killed = killed_on_bench(
+        ("record", "{units}", "-o", session), after, operations, work=rng.uniform(0.0, 0.5), **UNITS
+    )
+    names = Session.load(session).names
+    assert len(names) == 2
+    done = typed("inspect", f"{session}:{names[0]}")
     assert done.code == 0, done.err
-    for name in ports:
+    for name in names:
         found = samples_of(f"{session}:{name}")
         assert killed - found[-1, 0] < 2.0
         assert (np.diff(found[:, 0]) > 0.0).all()
-    before = {name: samples_of(f"{session}:{name}") for name in ports}
-    assert "was killed" in " ".join(open_recording(f"{session}:a").metadata.remarks)
+    before = {name: samples_of(f"{session}:{name}") for name in names}
+    assert "was killed" in " ".join(open_recording(f"{session}:{names[0]}").metadata.remarks)
     done = typed("record", "--finish", session)
     assert done.code == 0, done.err
-    assert sorted(path.name for path in session.iterdir()) == ["a.parquet", "b.parquet", "session.yaml"]
+    whole = [*(f"{name}.parquet" for name in names), "session.yaml"]
+    assert sorted(path.name for path in session.iterdir()) == sorted(whole)
     for name, samples in before.items():
         assert np.array_equal(samples_of(f"{session}:{name}"), samples)
     assert Session.load(session).reason == "killed"
 
 
 def test_a_recording_that_was_killed_goes_on_after_what_it_left(tmp_path):
-    session, ports = tmp_path / "session", {"a": free_port()}
-    with Stream(list(ports.values())):
-        process = recording(session, ports)
-        wait_for_samples(process, 400)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        before = samples_of(f"{session}:a")
-        process = recording(session, ports, "--resume", "--count", "300")
-        _, err = process.communicate(timeout=30)
-    assert process.returncode == 0, err
-    after = samples_of(f"{session}:a")
-    assert len(after) == len(before) + 300
-    assert np.array_equal(after[: len(before)], before)
-    assert (np.diff(after[:, 0]) > 0.0).all()
-    assert Session.load(session).units[0].samples == len(after)
+    session = tmp_path / "session"
+    killed_on_bench(("record", "{units}", "-o", session), 4.0, **UNITS)
+    before = {name: samples_of(f"{session}:{name}") for name in Session.load(session).names}
+    with simulated_bench(**UNITS, later=10.0) as bench:
+        done = typed("record", *words_of(bench), "-o", session, "--resume", "--count", "300")
+    assert done.code == 0, done.err
+    for unit in Session.load(session).units:
+        after = samples_of(f"{session}:{unit.name}")
+        assert len(after) == len(before[unit.name]) + 300 == unit.samples
+        assert np.array_equal(after[: len(before[unit.name])], before[unit.name])
+        assert (np.diff(after[:, 0]) > 0.0).all()
 
 
 def test_it_ends_well_on_request(tmp_path):
-    session, ports = tmp_path / "session", {"a": free_port()}
-    with Stream(list(ports.values())):
-        process = recording(session, ports)
-        wait_for_samples(process, 100)
+    session = tmp_path / "session"
+    with LiveSimulation(**UNITS, port=0) as bench:
+        program = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
+        process = subprocess.Popen(
+            [*program, "record", *words_of(bench), "-o", session, "--json"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert any(all(unit["samples"] for unit in json.loads(line)["units"]) for line in process.stdout)
         refused = typed("record", "--finish", session)
         process.send_signal(signal.SIGTERM)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate()
     assert process.returncode == 0, err
     assert f"another run (process {process.pid}) writes into this folder" in one_line(refused)
     assert json.loads(out.splitlines()[-1])["event"] == "done"
@@ -349,7 +307,9 @@ def test_it_ends_well_on_request(tmp_path):
     assert session.clock == "host"
 
 
-def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, logs, monkeypatch):
+def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(
+    tmp_path, logs, monkeypatch, simulated_clock
+):
     session = tmp_path / "session"
     original, written = UnitParts.write, []
 
@@ -363,7 +323,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
 
     monkeypatch.setattr(UnitParts, "write", write)
     monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.0)
-    slow = [f"{name}=replay:{tmp_path / name}.csv?speed=4" for name in logs]
+    slow = [f"{name}=replay:{tmp_path / name}.csv" for name in logs]
     refused = one_line(typed("record", *slow, "-o", session))
     assert "No space left on device" in refused
     assert "what was recorded is readable" in refused
@@ -374,8 +334,8 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
         assert np.array_equal(rows, logs[name][: len(rows)])
 
 
-def test_unit_without_any_sample_is_reported_with_exit_code_3(tmp_path, logs):
-    words = [f"{words_for(tmp_path, ['a'])[0][:-3]}4", f"mute=udp://127.0.0.1:{free_port()}"]
+def test_unit_without_any_sample_is_reported_with_exit_code_3(tmp_path, logs, simulated_clock):
+    words = [words_for(tmp_path, ["a"])[0].partition("?")[0], f"mute=udp://127.0.0.1:{free_port()}"]
     done = typed("record", *words, "-o", tmp_path / "session", "--duration", "1s")
     assert done.code == 3, done.err
     assert "mute never sent a sample" in done.err

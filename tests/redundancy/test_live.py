@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
-import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -18,7 +18,9 @@ from rich.console import Console
 import tumble
 from ports import free_port
 from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
+from simulated_clock import SimulatedClock
 from tumble import Chunk, RedundancyMonitor
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, LiveSet, open_set
 from tumble.procedures.redundancy import live as live_module
@@ -107,20 +109,33 @@ class Board:
         self.ports = {name: free_port() for name in NAMES}
         self.words = [f"{name}=udp://127.0.0.1:{port}" for name, port in self.ports.items()]
         self.ended = threading.Event()
+        self._clock = SimulatedClock(seed, late=0.001)
+
+    @contextmanager
+    def sending(self, spans):
+        """Sends while the block runs, by a simulated clock."""
+        with self._clock:
+            sender = clock.thread(self.send, spans)
+            sender.start()
+            try:
+                yield
+            finally:
+                self.ended.set()
+                clock.wait(sender)
 
     def send(self, spans):
         """Sends from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
         booted = dict(zip(NAMES, (10.0, 500.0, 7000.0), strict=True))
         for port in self.ports.values():
             self._await_listener(port)
-        began, line = time.monotonic(), socket.socket(type=socket.SOCK_DGRAM)
+        began, line = clock.now(), socket.socket(type=socket.SOCK_DGRAM)
         told = dict.fromkeys(NAMES, 0.0)
         last = max(end for each in spans.values() for _, end in each)
         with line:
             while not self.ended.is_set() and min(told.values()) < last:
-                time.sleep(0.003)
+                clock.sleep(0.003)
                 name = str(self._random.choice(NAMES))
-                now = time.monotonic() - began
+                now = clock.now() - began
                 while told[name] <= now:
                     at = told[name]
                     told[name] += 0.01
@@ -134,7 +149,7 @@ class Board:
         # To try whether the port is free would take it from who is about to listen there.
         line = UdpOutlet("127.0.0.1", port)
         while not line.is_heard() and not self.ended.is_set():
-            time.sleep(0.01)
+            clock.sleep(0.01)
         line.unplug()
 
 
@@ -145,16 +160,11 @@ def served(tmp_path_factory):
     board = Board(np.random.SeedSequence().entropy)
     others = ((0.0, 2.5), (4.2, 5.0))
     spans = {"imu1": ((0.0, 1.5),), "imu2": others, "imu3": others}
-    sender = threading.Thread(target=board.send, args=(spans,))
-    sender.start()
-    try:
+    with board.sending(spans):
         code, events, result = watched(
             *board.words, "--primary", "imu1", "-o", folder / "live", "--record", folder / "session",
             "--to", folder / "out.csv", "--duration", "5.5s", *PATIENT,
         )  # fmt: skip
-    finally:
-        board.ended.set()
-        sender.join()
     return folder, code, events, result
 
 
@@ -191,16 +201,11 @@ def test_samples_over_sockets_replay_in_order_of_arrival(served):
 
 def test_set_silent_to_the_end_is_reported_live_and_in_the_replay(tmp_path):
     board = Board(np.random.SeedSequence().entropy)
-    sender = threading.Thread(target=board.send, args=(dict.fromkeys(NAMES, ((0.0, 1.0),)),))
-    sender.start()
-    try:
+    with board.sending(dict.fromkeys(NAMES, ((0.0, 1.0),))):
         _, events, result = watched(
             *board.words, "--primary", "imu1", "-o", tmp_path / "live", "--record", tmp_path / "session",
             "--duration", "4s", *PATIENT,
         )  # fmt: skip
-    finally:
-        board.ended.set()
-        sender.join()
     again = typed(
         "redundancy", tmp_path / "session", "--primary", "imu1", *PATIENT, "-o", tmp_path / "again", "--json"
     )
@@ -262,14 +267,13 @@ class Scripted:
 def resting(start, count=30):
     stamps = start + np.arange(count) / 100
     readings = np.random.default_rng(int(start)).normal((0.0, 0.0, 9.80665, 0.0, 0.0, 0.0), 0.01, (count, 6))
-    return LiveChunk(stamps, readings[:, :3].copy(), readings[:, 3:].copy(), arrival=time.monotonic())
+    return LiveChunk(stamps, readings[:, :3].copy(), readings[:, 3:].copy(), arrival=clock.now())
 
 
-def test_loss_and_return_of_a_source_are_reported_while_others_run(monkeypatch):
-    monkeypatch.setattr("tumble.live.multi_source.RETRY", 0.05)
+def test_loss_and_return_of_a_source_are_reported_while_others_run(simulated_clock):
     lost = iter([Scripted([resting(5.0)], LogError("unplugged")), Scripted([resting(6.0)])])
     nothing = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
-    other = Scripted([resting(1.0), *[nothing] * 400, resting(2.0)])
+    other = Scripted([resting(1.0), *[nothing] * 2000, resting(2.0)])
     units = LiveSet({"a": lambda: other, "b": lambda: next(lost)}, keep_going=True)
     watch = LiveRedundancy(units, RedundancyMonitor("a", ["b"]))
     told = [step for step in watch.steps() if isinstance(step, RedundancyEvent)]

@@ -10,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,10 +18,10 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from live_benches import patient_table
 from live_fixtures import first_samples
 from table_fixtures import Clock
 from tumble import _core
+from tumble.foundation import clock
 from tumble.live import open_source
 from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
 from tumble.tools.simulate.live.fault import LIVE_FAULTS, LiveFault
@@ -61,10 +60,10 @@ class Kept(Outlet):
         self.garbled.append(share)
 
 
-def bench(clock, axes=PRESETS["three-axis"], **changes):
+def bench(now, axes=PRESETS["three-axis"], **changes):
     """A table, and its units, at the mercy of a clock."""
     scenario = LiveScenario(seed=SEED, **changes)
-    table = SimulatedTable(axes, clock)
+    table = SimulatedTable(axes, now)
     session, feeds, noise = units_on(
         table, scenario, {name: tuple(each) for name, each in scenario.faults.items()}
     )
@@ -123,15 +122,15 @@ def _unit(vector):
 
 
 def test_unit_feels_angle_and_turn_of_the_table_at_its_own_place():
-    clock, arm = Clock(), (0.2, -0.1, 0.05)
+    now, arm = Clock(), (0.2, -0.1, 0.05)
     scenario, table, session, feeds, noise = bench(
-        clock, duration_seconds=40.0, lever_arm_m={"target_1": arm}, grades=("reference", "industrial")
+        now, duration_seconds=40.0, lever_arm_m={"target_1": arm}, grades=("reference", "industrial")
     )
     try:
         table.goto(np.radians([0.0, 90.0, 30.0]), np.full(3, 2.0), np.full(3, 2.0))
-        clock.now = 10.0
+        now.now = 10.0
         table.rate(np.radians([90.0, 0.0, 0.0]), np.full(3, 2.0))
-        clock.now = 20.0
+        now.now = 20.0
         samples = feeds["target_1"].until(20.0)
         unit = session["target_1"]
         for start, end, spinning in ((4.0, 10.0, 0.0), (12.0, 20.0, np.pi / 2)):
@@ -243,10 +242,10 @@ def test_a_fault_shows_from_its_start_to_its_end_and_nowhere_else(kind):
 
 
 @pytest.mark.parametrize("transport", ["udp", "pty", "tcp", "mavlink"])
-def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
+def test_each_unit_is_read_over_its_own_line(transport, tmp_path, simulated_clock):
     grades = ("reference", "consumer")
     with LiveSimulation(
-        seed=SEED, grades=grades, transport=transport, port=0, table_port=0, speed=2.0, folder=tmp_path
+        seed=SEED, grades=grades, transport=transport, port=0, table_port=0, folder=tmp_path
     ) as simulation:
         for name, address in simulation.addresses.items():
             with open_source(address) as source:
@@ -255,19 +254,18 @@ def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
             truth = simulation.truth["units"][name]["accelerometer"]
             expected = np.array(truth["M"]) @ simulation.truth["R_e"] @ [0.0, 0.0, 9.80665] + truth["b"]
             assert np.allclose(samples[:, 1:4].mean(axis=0), expected, atol=0.05)
-            # A busy machine may lose a datagram.
-            assert np.median(np.diff(samples[:, 0])) == pytest.approx(0.005, abs=1e-5)
+            assert np.diff(samples[:, 0]) == pytest.approx(0.005, abs=1e-5)
             assert samples[0, 0] >= 0.0
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("transport", ["udp", "pty", "tcp", "mavlink"])
-def test_uncommanded_motion_begins_with_the_first_listener(transport, tmp_path):
+def test_uncommanded_motion_begins_with_the_first_listener(transport, tmp_path, simulated_clock):
     with LiveSimulation(
         seed=SEED, motion="spin", transport=transport, port=0, rest_seconds=2.0, folder=tmp_path
     ) as robot:
         for _ in range(3):
-            time.sleep(0.1)
+            clock.sleep(5.0)
             assert robot.now() == 0.0
         with open_source(robot.addresses["imu"]) as source:
             samples = first_samples(source, 10)
@@ -275,40 +273,43 @@ def test_uncommanded_motion_begins_with_the_first_listener(transport, tmp_path):
     assert samples[0, 0] < robot.scenario.uptime + 0.1
 
 
-def test_a_motion_that_nobody_listens_to_ends_after_its_duration():
+def test_a_motion_that_nobody_listens_to_ends_after_its_duration(simulated_clock):
     with LiveSimulation(seed=SEED, motion="spin", port=0, speed=50.0, duration_seconds=10.0) as robot:
         assert robot.wait(60.0)
 
 
-def test_tcp_client_receives_the_columns_first():
+def test_tcp_client_receives_the_columns_first(simulated_clock):
     with LiveSimulation(transport="tcp", port=0, table_port=0, grades=("reference",)) as simulation:
         host, port = simulation.addresses["reference"].removeprefix("tcp://").split(":")
         for _ in range(2):
-            with socket.create_connection((host, int(port)), timeout=10.0) as line, line.makefile() as lines:
-                assert next(lines) == "time_us,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps\n"
-                assert len(next(lines).split(",")) == 7
+            with socket.create_connection((host, int(port))) as line:
+                text = ""
+                while text.count("\n") < 2:
+                    assert clock.readable(line.fileno(), 10.0)
+                    text += line.recv(4096).decode()
+            names, first, *_ = text.splitlines()
+            assert names == "time_us,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps"
+            assert len(first.split(",")) == 7
 
 
-def test_unplugged_serial_line_is_lost_and_can_be_opened_again(tmp_path):
+def test_unplugged_serial_line_is_lost_and_can_be_opened_again(tmp_path, simulated_clock):
     faults = {"reference": [LiveFault("unplugged", start=2.0, end=4.0)]}
     with LiveSimulation(
-        transport="pty", grades=("reference",), faults=faults, table_port=0, speed=4.0, folder=tmp_path
+        transport="pty", grades=("reference",), faults=faults, table_port=0, folder=tmp_path
     ) as simulation:
         address = simulation.addresses["reference"]
         with pytest.raises(Exception, match="connection was lost"), open_source(address) as source:
             first_samples(source, 10_000)
         while simulation.now() < 4.0 or not (tmp_path / "reference").exists():
-            time.sleep(0.02)
+            clock.sleep(0.02)
         with open_source(address) as source:
             assert len(first_samples(source, 50)) == 50
 
 
-def test_the_loop_is_closed_over_real_sockets(tmp_path):
-    readings, profile = [], patient_table(tmp_path)
+def test_the_loop_is_closed_over_real_sockets(simulated_clock):
+    readings = []
     with (
-        LiveSimulation(
-            seed=SEED, port=0, table_port=0, table_profile=profile, speed=40.0, grades=("reference",)
-        ) as simulation,
+        LiveSimulation(seed=SEED, port=0, table_port=0, grades=("reference",)) as simulation,
         GuardedTable(open_table(simulation.table_address), armed=True) as table,
         open_source(simulation.addresses["reference"]) as source,
     ):
@@ -326,11 +327,10 @@ def test_the_loop_is_closed_over_real_sockets(tmp_path):
         assert np.allclose(reading, 9.80665 * axis @ up, atol=0.02)
 
 
-def test_a_spin_is_found_from_a_robot_that_is_served_live():
-    # A busy machine takes its time to listen: 40 s of rest are four of its own.
+def test_a_spin_is_found_from_a_robot_that_is_served_live(simulated_clock):
     with (
         LiveSimulation(
-            seed=SEED, motion="spin", transport="tcp", port=0, speed=10.0, rest_seconds=40.0, rate_hz=100.0
+            seed=SEED, motion="spin", transport="tcp", port=0, rest_seconds=10.0, rate_hz=100.0
         ) as robot,
         open_source(robot.addresses["imu"]) as source,
     ):
@@ -341,7 +341,7 @@ def test_a_spin_is_found_from_a_robot_that_is_served_live():
     assert np.abs(error[:2]).max() < 0.02
 
 
-def test_the_command_serves_until_its_end_and_writes_the_truth(tmp_path):
+def test_the_command_serves_until_its_end_and_writes_the_truth(tmp_path, simulated_clock):
     done = typed(
         *("simulate", "live", "--grades", "reference,consumer", "--port", "0", "--table-port", "0"),
         *("--speed", "20", "--duration", "4", "--seed", "5", "-o", tmp_path, "--json"),

@@ -1,104 +1,36 @@
-"""A simulated bench over real sockets that waits for its reader, so that no test depends on a clock."""
+"""A simulated bench over real sockets, whose time is simulated too."""
 
 from __future__ import annotations
 
-import math
-import time
 from contextlib import contextmanager
 
-import numpy as np
-import yaml
+import pytest
 
-from tumble.live import multi_source
-from tumble.procedures.turntable import live
-from tumble.tools.record import live_procedure
+from simulated_clock import SimulatedClock
 from tumble.tools.simulate import LiveSimulation
-from tumble.tools.table import guarded, text
-from tumble.tools.table.profile import load_profile
+from tumble.tools.simulate.live import procedure
 
-LEAD = 0.5
-"""s that the bench is ahead of what was looked at."""
 QUICK_BENCH = {
     "motion": "table",
     "rate_hz": 50.0,
     "grades": ("reference", "tactical", "tactical"),
     "port": 0,
     "table_port": 0,
-    "clock_offset_seconds": 0.0,
-    "clock_skew_ppm": 0.0,
-    "delay_seconds": 0.0,
-    "jitter_seconds": 0.0,
 }
-
-
-ANSWERS_WITHIN = 60.0
-"""s of ours that the table may take on a busy computer."""
-
-
-def patient_profile(name):
-    """Returns a profile of a table that may take its time."""
-    profile = load_profile(name)
-    return profile.model_copy(update={"line": profile.line.model_copy(update={"timeout": ANSWERS_WITHIN})})
-
-
-def patient_table(folder):
-    """Writes the profile of such a table, for programs in their own processes; returns its path."""
-    path = folder / "table.yaml"
-    path.write_text(yaml.safe_dump(patient_profile("scpi").content()))
-    return str(path)
-
-
-class SensorClock:
-    """In place of `HostClock`: units of such a bench share a clock, and that of the computer is none."""
-
-    remark = ""
-
-    def __init__(self, *, stamped):
-        assert stamped
-
-    def host_times(self, stamps, arrival):
-        return np.array(stamps)
-
-
-class WaitingBench(LiveSimulation):
-    """Time goes on at real pace until somebody listens, then only as fast as that is looked at."""
-
-    def __init__(self, **changes):
-        self._time, self._before, self._allowed = 0.0, time.monotonic(), math.inf
-        super().__init__(**{**QUICK_BENCH, **changes})
-
-    def now(self):
-        wall = time.monotonic()
-        if math.isinf(self._allowed):
-            self._time += wall - self._before
-        else:
-            self._time = max(self._time, self._allowed)
-        self._before = wall
-        return self._time
-
-    def allow(self, stamp):
-        """Continues until a little after a stamp of a sensor; at real pace where none was seen."""
-        seen = math.isfinite(stamp)
-        self._allowed = stamp - self.scenario.uptime + LEAD if seen else math.inf
+"""Few samples, for sessions of minutes."""
+TICK = 0.1
+"""s between two rounds in which it sends: each takes as long as many samples."""
 
 
 @contextmanager
-def waiting_bench(monkeypatch, procedure=live.LiveTurntable, **changes):
-    """Serves a bench that waits for whoever runs a live session of a procedure on it."""
-    print(f"seed {changes.get('seed', 1)}")
-    with WaitingBench(**changes) as bench, monkeypatch.context() as patch:
-        watched = procedure._watched
-
-        def watched_and_allowed(session, step):
-            yield from watched(session, step)
-            bench.allow(session._time)
-
-        patch.setattr(procedure, "_watched", watched_and_allowed)
-        patch.setattr(live_procedure, "BETWEEN_REPORTS", 0.01)
-        patch.setattr(multi_source, "HostClock", SensorClock)
-        patch.setattr(text, "load_profile", patient_profile)
-        patch.setattr(guarded, "AT_LEAST", ANSWERS_WITHIN)
-        yield bench
+def simulated_bench(late=0.0, work=0.5, later=0.0, **changes):
+    """Serves a bench to whatever runs in the block, by a simulated clock; see `SimulatedClock`."""
+    seed = changes.get("seed", 1)
+    print(f"seed {seed}")
+    with pytest.MonkeyPatch.context() as patch, SimulatedClock(seed, late, work, later):
+        patch.setattr(procedure, "TICK", TICK)
+        with LiveSimulation(**{**QUICK_BENCH, **changes}) as bench:
+            yield bench
 
 
 def words_of(bench):

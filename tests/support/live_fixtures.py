@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
-import select
+import selectors
 import sys
 import threading
 import tty
@@ -137,14 +137,14 @@ class SerialDevice:
 
     def write(self, data):
         """Sends in the background, as fast as it is read."""
-        writer = threading.Thread(target=self._send, args=(data,), daemon=True)
+        writer = clock.thread(self._send, data)
         self._writers.append(writer)
         writer.start()
 
     def written(self):
         """Waits until everything was read, or at least lies ready to be."""
         for writer in self._writers:
-            writer.join()
+            clock.wait(writer)
 
     def unplug(self):
         """Disconnects the device."""
@@ -155,10 +155,11 @@ class SerialDevice:
             os.close(self._device)
 
     def _send(self, data):
-        while data and not self._unplugged.is_set():
-            _, ready, _ = select.select([], [self._device], [], 0.05)
-            if ready:
-                data = data[os.write(self._device, data[:512]) :]
+        with selectors.DefaultSelector() as line:
+            line.register(self._device, selectors.EVENT_WRITE)
+            while data and not self._unplugged.is_set():
+                if clock.select(line, 0.05):
+                    data = data[os.write(self._device, data[:512]) :]
 
 
 @contextmanager

@@ -85,14 +85,14 @@ class _Turn:
 class SimulatedClock(clock.Clock):
     """In force while it is entered. Whoever enters it takes part, as do threads that `clock.thread` makes.
 
-    Work of an executor takes `work` s.
+    Work of an executor takes `work` s. It begins so many s `later` than another, as if that had been before.
     """
 
-    def __init__(self, seed=0, late=0.0, work=0.0):
+    def __init__(self, seed=0, late=0.0, work=0.0, later=0.0):
         self._random = np.random.default_rng(seed)
         self._late = late
         self._work = work
-        self._now = BEGINS
+        self._now = self._began = BEGINS + later
         self._main = _Turn(threading.current_thread().name)
         self._turns = [self._main]
         """Those that take part, in the order in which they began."""
@@ -141,7 +141,13 @@ class SimulatedClock(clock.Clock):
         if isinstance(awaited, threading.Event):
             return self._wait_until(awaited.is_set, "an event", longest)
         if isinstance(awaited, threading.Thread):
-            return self._wait_until(lambda: not awaited.is_alive(), f"the end of {awaited.name}", longest)
+            has_ended = self._wait_until(
+                lambda: not awaited.is_alive(), f"the end of {awaited.name}", longest
+            )
+            if has_ended:
+                # It has nothing left to do but to leave the interpreter.
+                awaited.join()
+            return has_ended
         return self._wait_until(awaited.done, "work", longest)
 
     def select(self, lines, longest=None):
@@ -163,7 +169,10 @@ class SimulatedClock(clock.Clock):
     def run(self, coroutine):
         """Runs a coroutine in an event loop that waits by this clock; returns what it returns."""
         with closing(_Loop(self)) as loop:
-            return loop.run_until_complete(coroutine)
+            try:
+                return loop.run_until_complete(coroutine)
+            finally:
+                loop.run_until_complete(loop.shutdown_asyncgens())
 
     def takes_part(self):
         """Returns whether the thread that asks takes part."""
@@ -216,7 +225,7 @@ class SimulatedClock(clock.Clock):
             moment = min(wakes)
             if moment <= self._now:
                 return next(turn for turn, at in zip(order, wakes, strict=True) if at <= self._now)
-            if moment > BEGINS + LONGEST:
+            if moment > self._began + LONGEST:
                 self._failure = SimulationError(f"what they wait for never comes:\n{self}")
             else:
                 self._now = moment

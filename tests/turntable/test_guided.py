@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from live_benches import patient_table, waiting_bench
+from live_benches import simulated_bench
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.run import run_kind
@@ -20,8 +20,7 @@ ROLES = {"reference": "reference", "target_1": "target", "target_2": "target"}
 def order(tmp_path, monkeypatch):
     """A session of two targets on a table that waits for it."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-    profile = patient_table(tmp_path)
-    with waiting_bench(monkeypatch, seed=44, table_profile=profile) as bench:
+    with simulated_bench(seed=44) as bench:
         yield RunOrder(
             folder=tmp_path / "run",
             sources=bench.addresses,

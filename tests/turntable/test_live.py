@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tumble
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.goal import Goal
 from tumble.live import open_set
@@ -178,8 +178,8 @@ def test_noisy_units_and_loose_ones_are_not_called_exchanged(seed, sigma):
 # The loop
 
 
-def test_closed_loop_with_a_table_equals_the_recording_to_the_bit(tmp_path, monkeypatch):
-    with waiting_bench(monkeypatch, seed=41) as bench:
+def test_closed_loop_with_a_table_equals_the_recording_to_the_bit(tmp_path):
+    with simulated_bench(seed=41) as bench:
         done = typed(
             "turntable",
             "--live",
@@ -234,9 +234,9 @@ def test_a_table_that_is_not_armed_prints_its_plan_and_moves_nothing(tmp_path):
     assert contents(tmp_path) == {}
 
 
-def test_a_unit_that_is_loose_is_named_while_the_session_goes_on(tmp_path, monkeypatch):
+def test_a_unit_that_is_loose_is_named_while_the_session_goes_on(tmp_path):
     slip = LiveFault("moved", start=75.0, size=3.0)
-    with waiting_bench(monkeypatch, seed=42, faults={"target_2": [slip]}) as bench:
+    with simulated_bench(seed=42, faults={"target_2": [slip]}) as bench:
         done = typed(
             "turntable",
             "--live",
@@ -250,7 +250,7 @@ def test_a_unit_that_is_loose_is_named_while_the_session_goes_on(tmp_path, monke
 
 
 def test_killed_session_resumes_and_is_calibrated_as_one(tmp_path, monkeypatch):
-    with waiting_bench(monkeypatch, seed=43, motion="six-faces", rest_seconds=6.0) as bench:
+    with simulated_bench(seed=43, motion="six-faces", rest_seconds=6.0) as bench:
         killed = session_on(bench, tmp_path, pose_seconds=3.0)
         steps = killed.steps()
         ticked = [next(step for step in steps if step.kind == "pose done").subject for _ in range(3)]

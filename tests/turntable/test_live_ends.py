@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tumble
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from ports import free_ports
 from table_fixtures import Clock, NotingTable
 from tumble.live import open_set
@@ -20,14 +20,11 @@ from tumble.procedures.turntable import live, table_drive
 from tumble.procedures.turntable.live import LiveTurntable
 from tumble.procedures.turntable.table_drive import TableDrive
 from tumble.procedures.turntable.table_plan import turned_table
-from tumble.tools.record import silence
 from tumble.tools.table.guarded import GuardedTable
 from tumble.tools.table.simulated import PRESETS
 from turntable_sessions import Pair, one_line, simulate, typed
 
 UNITS = ("reference", "target_1")
-SOON = 3.0
-"""s in place of `GONE_AFTER`."""
 
 
 @pytest.fixture(scope="module")
@@ -37,11 +34,6 @@ def replayed(tmp_path_factory):
     return [f"{name}=replay:{pair.folder / name}.csv?speed=max" for name in UNITS]
 
 
-@pytest.fixture
-def impatient(monkeypatch):
-    monkeypatch.setattr(silence, "GONE_AFTER", SOON)
-
-
 def session(words, folder, *options):
     return typed("turntable", "--live", *words, *options, "-o", folder)
 
@@ -49,10 +41,8 @@ def session(words, folder, *options):
 # Sources that are gone
 
 
-def test_bench_that_ends_first_is_reported_and_calibrated_so_far(tmp_path, monkeypatch, impatient):
-    with waiting_bench(
-        monkeypatch, seed=61, motion="six-faces", rest_seconds=6.0, duration_seconds=120.0
-    ) as bench:
+def test_bench_that_ends_first_is_reported_and_calibrated_so_far(tmp_path):
+    with simulated_bench(seed=61, motion="six-faces", rest_seconds=6.0, duration_seconds=120.0) as bench:
         done = session(words_of(bench), tmp_path / "out", "--pose-seconds", "60s", "--no-turns", "--json")
         truth = bench.truth
     assert done.code == 3, done.err
@@ -69,16 +59,14 @@ def test_bench_that_ends_first_is_reported_and_calibrated_so_far(tmp_path, monke
     assert np.abs(np.array(found["accelerometer"]["b"]) - true).max() < 0.03
 
 
-def test_bench_that_ends_too_early_leaves_one_line_with_the_reason(tmp_path, monkeypatch, impatient):
-    with waiting_bench(
-        monkeypatch, seed=62, motion="six-faces", rest_seconds=6.0, duration_seconds=12.0
-    ) as bench:
+def test_bench_that_ends_too_early_leaves_one_line_with_the_reason(tmp_path):
+    with simulated_bench(seed=62, motion="six-faces", rest_seconds=6.0, duration_seconds=12.0) as bench:
         done = session(words_of(bench), tmp_path / "out", "--pose-seconds", "3s", "--no-turns")
     assert done.code == 2
     assert "reference: shows " in one_line(done.err.splitlines(keepends=True)[-1])
 
 
-def test_units_that_never_send_are_not_waited_for_for_ever(tmp_path, impatient):
+def test_units_that_never_send_are_not_waited_for_for_ever(tmp_path, simulated_clock):
     words = [f"{name}=udp://:{port}" for name, port in zip(UNITS, free_ports(2), strict=True)]
     done = session(words, tmp_path / "out")
     assert done.code == 2
@@ -108,7 +96,7 @@ def test_missing_poses_of_a_list_do_not_prevent_the_others(tmp_path, replayed):
 
 def test_unreachable_goal_is_reported_with_exit_code_3(tmp_path, monkeypatch):
     monkeypatch.setattr(live, "LONGEST_POSE", 1.0)
-    with waiting_bench(monkeypatch, seed=64, motion="six-faces", rest_seconds=6.0) as bench:
+    with simulated_bench(seed=64, motion="six-faces", rest_seconds=6.0) as bench:
         done = session(
             words_of(bench), tmp_path / "out", "--pose-seconds", "3s", "--no-turns", "--until", "bias 1e-9"
         )
@@ -173,7 +161,7 @@ def test_rest_of_a_plan_holds_each_missing_rest_and_turn(data):
 def test_stopped_table_session_resumes_with_the_missing_stops(tmp_path, monkeypatch):
     monkeypatch.setattr(table_drive, "MOST_PASSES", 1)
     went = []
-    with waiting_bench(monkeypatch, seed=63) as bench:
+    with simulated_bench(seed=63) as bench:
 
         def lead(resume, rest_count=None):
             plan = turned_table(bench.table_address, "", 3.0, live.SIX_FACES, False)

@@ -7,7 +7,7 @@ import json
 import pytest
 import yaml
 
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from tumble.live import open_set
 from tumble.procedures.turntable.live import LiveTurntable
 from tumble.tools.record import procedure as recording
@@ -46,9 +46,9 @@ def by_hand(*options):
     return ("turntable", "--live", *options, "--pose-seconds", "3s", "--no-turns", "--json")
 
 
-def test_a_table_goes_once_more_where_a_unit_was_away(tmp_path, monkeypatch):
+def test_a_table_goes_once_more_where_a_unit_was_away(tmp_path):
     away = LiveFault("unplugged", start=20.0, end=40.0)
-    with waiting_bench(monkeypatch, seed=91, faults={"target_1": [away]}) as bench:
+    with simulated_bench(seed=91, faults={"target_1": [away]}) as bench:
         done = typed(
             *("turntable", "--live", *words_of(bench), "--table", bench.table_address, "--armed"),
             *("--poses", "six-faces", "--no-turns", "--pose-seconds", "3s", "-o", tmp_path, "--json"),
@@ -72,9 +72,9 @@ def test_a_table_goes_once_more_where_a_unit_was_away(tmp_path, monkeypatch):
     assert "poses missed by target_1" not in found["method"]["options"]
 
 
-def test_an_end_before_a_unit_returns_names_the_poses_it_missed(tmp_path, monkeypatch):
+def test_an_end_before_a_unit_returns_names_the_poses_it_missed(tmp_path):
     away = LiveFault("unplugged", start=25.0, end=1e6)
-    with waiting_bench(monkeypatch, faults={"target_1": [away]}, seed=92, **HAND) as bench:
+    with simulated_bench(faults={"target_1": [away]}, seed=92, **HAND) as bench:
         done = typed(*by_hand(*words_of(bench)), "-o", tmp_path)
     assert done.code == 3, done.err
     [early] = [each for each in events_of(done) if each["event"] == "ended early"]
@@ -88,7 +88,7 @@ def test_an_end_before_a_unit_returns_names_the_poses_it_missed(tmp_path, monkey
     assert all(name in said for name in lacking)
 
 
-def test_a_session_that_goes_on_knows_what_each_unit_has_shown(tmp_path, monkeypatch):
+def test_a_session_that_goes_on_knows_what_each_unit_has_shown(tmp_path):
     def led(bench, **options):
         units = open_set(words_of(bench), keep_going=True)
         return LiveTurntable(
@@ -96,7 +96,7 @@ def test_a_session_that_goes_on_knows_what_each_unit_has_shown(tmp_path, monkeyp
         )
 
     away = LiveFault("unplugged", start=15.0, end=30.0)
-    with waiting_bench(monkeypatch, faults={"target_1": [away]}, seed=93, **HAND) as bench:
+    with simulated_bench(faults={"target_1": [away]}, seed=93, **HAND) as bench:
         steps = list(led(bench).steps())
         resumed = led(bench, resume=True)
     lacking = {pose.name for pose in steps[-1].poses if not pose.done}
@@ -108,9 +108,9 @@ def test_a_session_that_goes_on_knows_what_each_unit_has_shown(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("unit", ["target_1", "target_2"])
-def test_a_frozen_unit_has_no_tick_for_what_it_repeated(unit, tmp_path, monkeypatch):
+def test_a_frozen_unit_has_no_tick_for_what_it_repeated(unit, tmp_path):
     frozen = LiveFault("frozen", start=12.0, end=40.0)
-    with waiting_bench(monkeypatch, faults={unit: [frozen]}, seed=94, **HAND) as bench:
+    with simulated_bench(faults={unit: [frozen]}, seed=94, **HAND) as bench:
         done = typed(*by_hand(*words_of(bench)), "-o", tmp_path)
     [early] = [each for each in events_of(done) if each["event"] == "ended early"]
     other = {"target_1": "target_2", "target_2": "target_1"}[unit]

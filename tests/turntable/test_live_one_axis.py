@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from tumble.live import open_set
 from tumble.procedures.turntable import live
 from tumble.procedures.turntable.live import LiveTurntable
@@ -45,8 +45,8 @@ def test_a_plan_names_the_poses_for_the_hand(tmp_path):
     assert len(by_hand) == 5
 
 
-def test_a_table_hands_over_to_the_hand_when_it_has_done_what_it_can(tmp_path, monkeypatch):
-    with waiting_bench(monkeypatch, seed=97) as bench:
+def test_a_table_hands_over_to_the_hand_when_it_has_done_what_it_can(tmp_path):
+    with simulated_bench(seed=97) as bench:
         table = open_table(bench.table_address)
         plan, poses, by_hand = planned((table.axes[1],), 3.0, live.SIX_FACES, turns=False)
         turned = dict(zip((pose.name for pose in poses), angles_at(table.axes, poses)[0], strict=True))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from tumble.poses.pose_list import SIX_FACES
 from turntable_sessions import typed
 
@@ -32,8 +32,8 @@ def gyroscopes(folder):
     return {name: file["gyroscope"] for name, file in files.items()}
 
 
-def test_live_session_finds_scale_by_rate_with_the_table_as_truth(tmp_path, monkeypatch):
-    with waiting_bench(monkeypatch, seed=96) as bench:
+def test_live_session_finds_scale_by_rate_with_the_table_as_truth(tmp_path):
+    with simulated_bench(seed=96) as bench:
         done = typed(
             *("turntable", "--live", *words_of(bench), "--table", bench.table_address, "--armed"),
             *("--poses", listed(tmp_path / "poses.yaml"), "--pose-seconds", "3s", *TRUTH),

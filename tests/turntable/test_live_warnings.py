@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from live_benches import waiting_bench, words_of
+from live_benches import simulated_bench, words_of
 from tumble.tools.record import procedure as recording
 from tumble.tools.record import silence
 from tumble.tools.simulate import Fault
@@ -31,7 +31,7 @@ def by_hand(monkeypatch, output, fault, unit="target_1", **changes):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     options = {"seed": 81, "motion": "six-faces", "rest_seconds": 6.0, "rate_hz": 50.0, **changes}
-    with waiting_bench(monkeypatch, faults={unit: [fault]}, **options) as bench:
+    with simulated_bench(faults={unit: [fault]}, **options) as bench:
         return session(words_of(bench), output)
 
 
