@@ -4,6 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
+INSTALL := VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/uv pip install --quiet --require-hashes --requirement
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 # Strict: a link that leads nowhere, a page that no menu leads to, a name that does not exist end it. With --quiet none would.
@@ -136,7 +137,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	scripts/fuzz_guided.sh calls
 
 package: $(VENV)/.native  ## Build what is released, and use it as a newcomer would; it is in out/package (ten minutes)
-	$(PIP) install --quiet ziglang==0.15.1
+	$(INSTALL) requirements/package.txt
 	rm -rf out/package
 	$(BIN)/python scripts/build_packages.py out/package
 	rustup target add aarch64-unknown-linux-gnu
@@ -197,7 +198,7 @@ format: $(VENV)/.requirements-test  ## Put every source file into the agreed for
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 
-requirements: $(VENV)/.made  ## Pin what pyproject.toml asks for; UPGRADE=--upgrade takes the newest versions
+requirements: $(VENV)/.installer  ## Pin what pyproject.toml asks for; UPGRADE=--upgrade takes the newest versions
 	scripts/pin_requirements.sh $(BIN) $(UPGRADE)
 
 clean:  ## Remove everything that was built; sources and recordings stay
@@ -210,12 +211,16 @@ $(VENV)/.made: scripts/make_venv.sh
 	scripts/make_venv.sh $(PYTHON) $(VENV)
 	@touch $@
 
-$(VENV)/.requirements: $(VENV)/.made requirements.txt
-	$(PIP) install --quiet --require-hashes --requirement requirements.txt
+$(VENV)/.installer: $(VENV)/.made requirements/installer.txt
+	$(PIP) install --quiet --require-hashes --requirement requirements/installer.txt
 	@touch $@
 
-$(VENV)/.requirements-test: $(VENV)/.requirements requirements-test.txt
-	$(PIP) install --quiet --require-hashes --requirement requirements-test.txt
+$(VENV)/.requirements: $(VENV)/.installer requirements/run.txt
+	$(INSTALL) requirements/run.txt
+	@touch $@
+
+$(VENV)/.requirements-test: $(VENV)/.requirements requirements/test.txt
+	$(INSTALL) requirements/test.txt
 	@touch $@
 
 $(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml

@@ -9,11 +9,11 @@ case $1 in
 build)
     mkdir -p "$folder"
     python3 -m venv "$folder/tools"
-    "$folder/tools/bin/python" -m pip install --quiet --require-hashes --requirement requirements.txt
+    "$folder/tools/bin/python" -m pip install --quiet --require-hashes --requirement requirements/run.txt
     "$folder/tools/bin/maturin" build --release --locked --strip --compatibility linux --out "$folder"
     rm -rf "$folder/tools"
     # The versions that the tests ran with; hashes would be asked of the wheel too.
-    sed -n 's/^\([a-z0-9].*[^ ]\) *\\$/\1/p' requirements-test.txt >"$folder/versions.txt"
+    sed -n 's/^\([a-z0-9].*[^ ]\) *\\$/\1/p' requirements/test.txt >"$folder/versions.txt"
     cp "$0" "$folder/image.sh"
     ;;
 install)

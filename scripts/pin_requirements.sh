@@ -1,26 +1,26 @@
 #!/bin/sh
-# Writes requirements.txt (to build and run) and requirements-test.txt (to test and lint as well), every file by its
-# hash, for every Python from 3.10 on and every platform: pin_requirements.sh BIN [--upgrade]
+# Writes requirements/run.txt (to build and run), test.txt (to test and lint as well), installer.txt and package.txt, every
+# file by its hash, for every Python from 3.10 on and every platform: pin_requirements.sh BIN [--upgrade]
 # What is pinned stays as it is while pyproject.toml allows it, unless --upgrade asks for the newest versions.
 set -eu
 
 bin=$1
 upgrade=${2:-}
-"$bin/python" -m pip --disable-pip-version-check install --quiet uv
-
 build=$(sed -n 's/^requires = \["\(.*\)"\]$/\1/p' pyproject.toml)
 
 pin() {
     output=$1
     shift
-    # No word where there is no --upgrade. With extras: pip takes a newer version, without a hash, for one that is not pinned.
+    # Only the content of pyproject.toml and the public index may go in, whatever this machine is set to. No word where there
+    # is no --upgrade. With extras: pip takes a newer version, without a hash, for one that is not pinned.
     # shellcheck disable=SC2086
-    # Only what pyproject.toml and the public index say may go in, whatever this machine is set to.
-    echo "$build" | env -u UV_INDEX_URL -u UV_EXTRA_INDEX_URL -u UV_FIND_LINKS \
-        "$bin/uv" pip compile pyproject.toml - "$@" --quiet $upgrade --universal --python-version 3.10 \
+    env -u UV_INDEX_URL -u UV_EXTRA_INDEX_URL -u UV_FIND_LINKS \
+        "$bin/uv" pip compile "$@" --quiet $upgrade --universal --python-version 3.10 \
         --generate-hashes --no-strip-extras --no-emit-index-url --no-emit-find-links --no-annotate \
         --custom-compile-command "make requirements" --output-file "$output"
 }
 
-pin requirements.txt --extra live
-pin requirements-test.txt --extra all --extra test --extra lint --constraint requirements.txt
+echo "$build" | pin requirements/run.txt pyproject.toml - --extra live
+echo "$build" | pin requirements/test.txt pyproject.toml - --extra all --extra test --extra lint --constraint requirements/run.txt
+pin requirements/installer.txt --group installer
+pin requirements/package.txt --group package

@@ -17,6 +17,6 @@ def test_manifest_gives_the_job_of_the_how_to_on_the_pinned_ray(tmp_path):
     assert settings["data"]["job.yaml"] == stated
     (tmp_path / "job.yaml").write_text(stated)
     assert load_job(tmp_path / "job.yaml").procedure == "spin"
-    pinned = (ROOT / "requirements-test.txt").read_text()
+    pinned = (ROOT / "requirements" / "test.txt").read_text()
     version = job["spec"]["rayClusterSpec"]["rayVersion"]
     assert re.search(rf"^ray(\[[\w,]+\])?=={re.escape(version)} ", pinned, re.MULTILINE)

@@ -279,12 +279,12 @@ def test_a_simulation_of_several_pages_is_made_once_and_copied(tmp_path, monkeyp
     assert ran == [tmp_path / "one"]
 
 
-@pytest.mark.parametrize("name", ["requirements.txt", "requirements-test.txt"])
-def test_requirements_name_versions_and_hashes_and_no_place(name):
-    text = (ROOT / name).read_text()
+@pytest.mark.parametrize("purpose", ["installer", "package", "run", "test"])
+def test_requirements_name_versions_and_hashes_and_no_place(purpose):
+    text = (ROOT / "requirements" / f"{purpose}.txt").read_text()
     assert not re.search(r"https?:|--index|--find-links|--extra|file:|^/|^-e", text, re.MULTILINE)
     pinned = re.findall(r"^[a-z0-9][^\n]*", text, re.MULTILINE)
-    assert len(pinned) > 20
+    assert pinned
     assert all("==" in line for line in pinned)
     assert all(re.search(r"\n    --hash=sha256:[0-9a-f]{64}", entry) for entry in _entries(text))
 
