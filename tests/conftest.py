@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
+from processor_time import ProcessorTime
 from simulated_clock import SimulatedClock
 
 # The duration of an example depends on the load of the computer.
@@ -29,6 +30,10 @@ LONG = (DEVICE, "/test_live", "/test_ray", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""
 BENCH = "/bench/"
 """Tests with a browser, which come last: those of the device compile on all cores in the meantime."""
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(ProcessorTime())
 
 
 @pytest.fixture(scope="session", autouse=True)
