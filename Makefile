@@ -17,7 +17,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage coverage-isolation sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -44,11 +44,12 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 	@scripts/install_test_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
-test:  ## Run all tests: of Rust, of Python and devices, and the commands of the pages
+test: $(VENV)/.made  ## Run all tests: of Rust, of Python and devices, and the commands of the pages; print where the time went
 	@# Libraries and programs are downloaded and unpacked while Rust compiles.
-	$(MAKE) --no-print-directory --jobs 2 test-rust test-tools
-	$(MAKE) --no-print-directory test-python
-	$(MAKE) --no-print-directory test-commands
+	@MAKE="$(MAKE)" $(BIN)/python scripts/timed_make.py test-rust+test-tools test-python test-commands
+
+test-one: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of one folder of Python's: make test-one P=noise
+	$(BIN)/python -m pytest --numprocesses auto tests/$(P)
 
 test-rust:  ## Run the tests of Rust
 	cargo test --workspace --exclude tumble-fuzz --locked

@@ -15,6 +15,7 @@ import pytest
 from benchmarks import c_library
 
 from exchange_units import calibration, samples
+from package.packages import MANY_UNITS, cargo_folder
 from repetitions import SOAK
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.recording import FloatArray
@@ -73,13 +74,13 @@ def library(
     cargo = ["scripts/cargo_for_device.sh"] if device else ["cargo"]
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
     # Given even where it is the default, as packages do: to cargo given and not given are two libraries.
-    named = {"TUMBLE_UNITS": str(units)}
+    named = {"TUMBLE_UNITS": str(units), "CARGO_TARGET_DIR": str(cargo_folder(units))}
     wanted = [part for part in (*PARTS, *OF_A_SET) if part not in left_out]
     # To cargo all parts named are another library than all by default, as the packages build it.
     parts = ["--no-default-features", "--features", ",".join(wanted)] if left_out else []
     done([*cargo, "rustc", *options, *parts, "--features", ",".join(["freestanding", *features])], **named)
-    target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / (DEVICE if device else "") / "device"
-    return Path(shutil.copy(target / "libtumble_capi.a", folder))
+    built = cargo_folder(units) / (DEVICE if device else "") / "device" / "libtumble_capi.a"
+    return Path(shutil.copy(built, folder))
 
 
 @pytest.fixture(scope="module")
@@ -115,9 +116,9 @@ def test_programs_touch_no_memory_but_their_own(language: str, host_library: Pat
     done(["valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9", program, "vectors"])
 
 
-def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Path, many_units: int) -> None:
-    archive = library(tmp_path, units=many_units)
-    done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={many_units}"), "vectors"])
+def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Path) -> None:
+    archive = library(tmp_path, units=MANY_UNITS)
+    done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={MANY_UNITS}"), "vectors"])
 
 
 PAGE = ROOT / "docs/how-to/c.md"

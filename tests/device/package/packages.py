@@ -12,6 +12,17 @@ HERE = Path(__file__).parent
 # One folder for all builds of the library, so that it is compiled once for each machine.
 CARGO_FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 
+MANY_UNITS = 8
+"""Largest number of units for which a library can be built, instead of the default three."""
+
+
+def cargo_folder(units: object = 3) -> Path:
+    """Makes the folder in which libraries for a number of units are built: cargo keeps one number in each."""
+    folder = CARGO_FOLDER if str(units) == "3" else CARGO_FOLDER / f"units-{units}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 # Rust's names of the processors that all packages know, without the part on floats.
 PROCESSORS = {
     "cortex-m0": "thumbv6m-none",
@@ -67,5 +78,7 @@ def build(source: Path, folder: Path, **options: str | Path | int) -> None:
 
 def configuring(source: Path, folder: Path, **options: str | Path | int) -> list[str | Path]:
     """The command that configures a CMake project."""
-    given = [f"-D{name}={value}" for name, value in {"TUMBLE_CARGO_FOLDER": CARGO_FOLDER, **options}.items()]
+    units = options.get("CONFIG_TUMBLE_UNITS", options.get("TUMBLE_UNITS", 3))
+    settings = {"TUMBLE_CARGO_FOLDER": cargo_folder(units), **options}
+    given = [f"-D{name}={value}" for name, value in settings.items()]
     return ["cmake", "-S", source, "-B", folder, "--no-warn-unused-cli", *given]

@@ -9,6 +9,7 @@ import pytest
 from package.packages import (
     CRATE,
     HERE,
+    MANY_UNITS,
     ROOT,
     TARGETS,
     WITHOUT_SETS,
@@ -36,9 +37,9 @@ def test_an_installed_package_may_be_moved(tmp_path):
     assert run(tmp_path / "consumer" / "consumer") == "3 units: it was done\n"
 
 
-def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path, many_units):
-    build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS=many_units)
-    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path):
+    build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS=MANY_UNITS)
+    assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
 def test_parts_are_left_out_of_an_installed_package_and_of_sources(tmp_path):

@@ -12,11 +12,13 @@ from package.packages import (
     CARGO_FOLDER,
     CRATE,
     HERE,
+    MANY_UNITS,
     OF_A_SET,
     PARTS,
     TARGETS,
     WITHOUT_SETS,
     build,
+    cargo_folder,
     configuring,
     run,
     try_to_run,
@@ -105,9 +107,9 @@ def application_of_zephyr(**configuration):
     }  # fmt: skip
 
 
-def test_an_application_of_zephyr_links_the_module(tmp_path, many_units):
-    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, CONFIG_TUMBLE_UNITS=many_units))
-    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+def test_an_application_of_zephyr_links_the_module(tmp_path):
+    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, CONFIG_TUMBLE_UNITS=MANY_UNITS))
+    assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
 def test_zephyr_application_links_what_kconfig_left_of_the_module(tmp_path):
@@ -215,11 +217,11 @@ def scons(python, folder, options, platform="native", flags="", path=os.environ[
     )  # fmt: skip
 
 
-def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python, many_units):
-    (tmp_path / "cargo").symlink_to(CARGO_FOLDER)
-    built = scons(python, tmp_path, {"custom_tumble_units": str(many_units)})
+def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python):
+    (tmp_path / "cargo").symlink_to(cargo_folder(MANY_UNITS))
+    built = scons(python, tmp_path, {"custom_tumble_units": str(MANY_UNITS)})
     assert built.returncode == 0, built.stdout + built.stderr
-    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+    assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
 def test_a_project_of_platformio_links_the_parts_that_it_wants(tmp_path, python):
@@ -235,14 +237,14 @@ def test_platformio_project_that_excludes_an_unknown_part_is_warned(tmp_path, py
     assert "tumble: custom_tumble_without names spinning; parts are spin, redundancy," in refused.stdout
 
 
-def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python, many_units):
-    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS=many_units)
+def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python):
+    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS=MANY_UNITS)
     library = tmp_path / "tumble" / "libtumble.a"
-    options = {"custom_tumble_units": str(many_units), "custom_tumble_library": str(library)}
+    options = {"custom_tumble_units": str(MANY_UNITS), "custom_tumble_library": str(library)}
     built = scons(python, tmp_path, options)
     assert built.returncode == 0, built.stdout + built.stderr
     assert not (tmp_path / "cargo").exists()
-    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+    assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
 def test_platformio_project_with_too_many_units_is_refused(tmp_path, python):
