@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -20,12 +19,12 @@ from tumble.tools.record.writer import RecordedUnit, SessionWriter
 from turntable_sessions import one_line, typed
 
 HOLD = (
-    "import sys, time\n"
+    "import sys\n"
     "from tumble.foundation.files import files_of_command, prepare_folder\n"
     "with files_of_command():\n"
     "    prepare_folder(sys.argv[1])\n"
     "    print('held', flush=True)\n"
-    "    time.sleep(60)\n"
+    "    sys.stdin.read()\n"
 )
 
 
@@ -33,13 +32,15 @@ HOLD = (
 def holder(tmp_path):
     """Another process that writes into `out`."""
     process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(tmp_path / "out")], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", HOLD, str(tmp_path / "out")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout.readline() == "held\n"
     yield process
     process.kill()
-    process.wait()
-    process.stdout.close()
+    process.communicate()
 
 
 @pytest.fixture
@@ -96,17 +97,20 @@ def test_files_of_a_killed_run_stop_nobody(tmp_path, log, holder, which):
 
 
 def test_one_of_many_concurrent_runs_writes(tmp_path):
-    code = HOLD.replace("time.sleep(60)", "time.sleep(2)")
     runs = [
         subprocess.Popen(
-            [sys.executable, "-c", code, str(tmp_path / "out")],
+            [sys.executable, "-c", HOLD, str(tmp_path / "out")],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
         )
         for _ in range(6)
     ]
-    ended = [run.communicate()[0] for run in runs]
-    assert sum(b"held" in out for out in ended) == 1
+    # The one that writes does so until all others have ended.
+    said = [run.stdout.readline() for run in runs]
+    assert sorted(said) == [b""] * 5 + [b"held\n"]
+    for run in runs:
+        run.communicate()
 
 
 @pytest.mark.parametrize(
@@ -134,10 +138,8 @@ def test_a_failed_run_leaves_no_empty_folder(tmp_path, words):
     assert not (tmp_path / "not").exists()
 
 
-def test_a_million_orientations_are_refused_at_once(tmp_path):
-    began = time.monotonic()
+def test_a_million_orientations_are_refused(tmp_path):
     done = typed("simulate", "multipose", "--orientations", "1000000", "-o", tmp_path / "out")
     assert done.code == 2
     assert "give 1 to 1000" in one_line(done.err)
     assert not (tmp_path / "out").exists()
-    assert time.monotonic() - began < 5.0

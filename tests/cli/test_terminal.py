@@ -9,7 +9,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 from rich.table import Table
@@ -18,6 +17,7 @@ from rich.text import Text
 from log_fixtures import made_up, write_text
 from ports import free_port
 from tumble.cli.escaping_console import EscapingConsole
+from tumble.foundation import clock
 from turntable_sessions import typed
 
 TITLE = "\x1b]0;owned\x07"
@@ -48,7 +48,7 @@ def test_an_error_names_a_file_without_obeying_it(tmp_path):
     assert "no\\x1b]0;owned\\x07thing.csv" in done.err
 
 
-def test_a_unit_of_a_live_stream_is_shown_and_not_obeyed(tmp_path):
+def test_a_unit_of_a_live_stream_is_shown_and_not_obeyed(tmp_path, simulated_clock):
     port = free_port()
     over = threading.Event()
 
@@ -61,19 +61,16 @@ def test_a_unit_of_a_live_stream_is_shown_and_not_obeyed(tmp_path):
                 for unit in (f"imu{TITLE}", "other"):
                     line = json.dumps({"time": 0.01 * k, "unit": unit} | reading) + "\n"
                     sender.sendto(line.encode(), ("127.0.0.1", port))
-                time.sleep(0.01)
+                clock.sleep(0.01)
 
-    sending = threading.Thread(target=send)
+    sending = clock.thread(send)
     sending.start()
-    try:
-        words = ["record", f"a=udp://127.0.0.1:{port}", "--duration", "1s", "-o", str(tmp_path / "session")]
-        done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, check=False, timeout=60)
-    finally:
-        over.set()
-        sending.join()
-    assert "\\x1b]0;owned" in done.stdout + done.stderr
-    assert is_safe(done.stdout)
-    assert is_safe(done.stderr)
+    done = typed("record", f"a=udp://127.0.0.1:{port}", "--duration", "1s", "-o", tmp_path / "session")
+    over.set()
+    clock.wait(sending)
+    assert "\\x1b]0;owned" in done.out + done.err
+    assert is_safe(done.out)
+    assert is_safe(done.err)
 
 
 def test_drawings_keep_their_colours_and_escape_their_text():

@@ -5,14 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import fleet_functions
-from fleet_jobs import LosingEngine, SerialEngine, function_job, results_of, run_job, values_of
+from fleet_jobs import Gate, LosingEngine, SerialEngine, function_job, results_of, run_job, values_of
 from repetitions import repetitions
 from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import read_status
@@ -107,10 +106,19 @@ def test_mistake_in_a_function_is_told_by_input(tmp_path):
     assert [row["place"] for row in results_of(job).to_pylist() if row["failure"]] == ["2"]
 
 
+DRIVER = """
+from tumble.cli.main import main
+from tumble.fleet import driver
+driver._LOOK, driver._STATUS_EVERY = 0.01, 0.0
+main()
+"""
+"""The command, which looks after each task at whether its job is cancelled."""
+
+
 def started(job_file, *more):
     """Starts the command in a process of its own; returns it."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(SUPPORT), *sys.path])}
-    command = [sys.executable, "-m", "tumble", "fleet", "run", str(job_file), "--workers", "1", "-q", *more]
+    command = [sys.executable, "-c", DRIVER, "fleet", "run", str(job_file), "--workers", "1", "-q", *more]
     return subprocess.Popen(
         command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
@@ -123,39 +131,32 @@ def written(folder, job):
     return path
 
 
-def wait_for_parts(results, process):
-    """Waits until some results are there."""
-    until = time.monotonic() + 60
-    while len(list(results.glob("parts/*/*.parquet"))) < 2:
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < until
-        time.sleep(0.02)
-
-
 def test_killed_driver_goes_on_with_resume(tmp_path):
-    job = function_job(tmp_path / "results", "slow", seeds=(0, 120))
+    gate, folder = Gate(tmp_path), {"folder": str(tmp_path)}
+    job = function_job(tmp_path / "results", "held", seeds=(0, 120), options=folder)
     job_file = written(tmp_path, job)
     with started(job_file) as process:
-        wait_for_parts(tmp_path / "results", process)
+        gate.wait(process)
         process.send_signal(signal.SIGKILL)
+    gate.open()
     before = results_of(job).num_rows
     assert 0 < before < 120
     with started(job_file, "--resume") as process:
-        assert process.wait(120) == 0
+        assert process.wait() == 0
     assert values_of(job) == expected(range(120))
     assert read_status(FileStore(job.results)).state == "done"
 
 
 def test_cancel_ends_a_job_that_resume_completes(tmp_path):
-    job = function_job(tmp_path / "results", "slow", seeds=(0, 400))
+    gate, folder = Gate(tmp_path), {"folder": str(tmp_path)}
+    job = function_job(tmp_path / "results", "held", seeds=(0, 400), options=folder)
     job_file = written(tmp_path, job)
     with started(job_file) as process:
-        wait_for_parts(tmp_path / "results", process)
-        until = time.monotonic() + 30
-        while (done := typed("fleet", "cancel", job_file)).code and time.monotonic() < until:
-            time.sleep(0.1)
-        assert done.code == 0, done.err
-        assert process.wait(60) == 130
+        gate.wait(process)
+        while (done := typed("fleet", "cancel", job_file)).code:
+            assert process.poll() is None, done.err
+        gate.open()
+        assert process.wait() == 130
     shown = json.loads(typed("fleet", "status", job_file, "--json").out)
     assert shown["verdict"] == "cancelled"
     assert 0 < shown["done"] < 400

@@ -12,7 +12,7 @@ import pytest
 from ray.cluster_utils import Cluster
 
 import fleet_functions
-from fleet_jobs import function_job, run_job, values_of
+from fleet_jobs import Gate, function_job, run_job, values_of
 from s3_servers import s3_server
 from tumble.fleet.ray_engine import RayEngine
 from turntable_sessions import typed
@@ -56,8 +56,15 @@ def test_commands_of_the_how_to_run_on_two_nodes_with_s3(cluster, tmp_path, monk
 
 def test_removed_node_loses_and_doubles_nothing(cluster, tmp_path):
     nodes, second = cluster
-    job = function_job(tmp_path / "results", "slow", seeds=(0, 150))
-    removal = threading.Timer(3.0, lambda: nodes.remove_node(second, allow_graceful=False))
+    gate = Gate(tmp_path)
+    job = function_job(tmp_path / "results", "held", seeds=(0, 150), options={"folder": str(tmp_path)})
+
+    def remove():
+        gate.wait()
+        nodes.remove_node(second, allow_graceful=False)
+        gate.open()
+
+    removal = threading.Thread(target=remove)
     removal.start()
     status = run_job(job, RayEngine("", 2))
     removal.join()

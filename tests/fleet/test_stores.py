@@ -2,7 +2,6 @@
 
 import json
 import random
-import time
 
 import boto3
 import numpy as np
@@ -13,10 +12,10 @@ from s3fs import S3FileSystem
 
 from fleet_jobs import LosingEngine, function_job, results_of, run_job, values_of
 from s3_servers import s3_server
-from tumble.fleet import lease
 from tumble.fleet.job import FleetJob
 from tumble.fleet.lease import LEASE_FILE, OtherDriverError, driver_lease
 from tumble.fleet.places import FileStore
+from tumble.foundation import clock
 from turntable_sessions import one_line, typed
 
 
@@ -92,9 +91,7 @@ def test_wrong_credentials_are_one_line_that_holds_none(bucket, tmp_path, monkey
     assert values_of(job) == before
 
 
-def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, monkeypatch):
-    monkeypatch.setattr(lease, "RENEWED_EVERY", 0.1)
-    monkeypatch.setattr(lease, "GONE_AFTER", 0.5)
+def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, simulated_clock):
     results = FileStore(f"{bucket}/leased")
     job = function_job(results.url, seeds=(0, 3))
     with driver_lease(results), pytest.raises(OtherDriverError, match="another driver"):
@@ -105,12 +102,11 @@ def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, monkeypatch):
     assert results.read(LEASE_FILE) is None
 
 
-def test_driver_whose_lease_was_taken_ends(bucket, monkeypatch):
-    monkeypatch.setattr(lease, "RENEWED_EVERY", 0.05)
+def test_driver_whose_lease_was_taken_ends(bucket, simulated_clock):
     results = FileStore(f"{bucket}/taken")
     with driver_lease(results) as held:
         results.write(LEASE_FILE, b"0123 1 host process 1")
-        time.sleep(0.5)
+        clock.sleep(5.0)
         with pytest.raises(OtherDriverError, match="host process 1"):
             held.check()
     assert results.read(LEASE_FILE) == b"0123 1 host process 1"

@@ -6,7 +6,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 
 from made_up_calibrations import made_up, save
 from repetitions import SOAK
@@ -14,14 +13,14 @@ from tumble.laboratory.certificate import record
 from tumble.laboratory.registry import Registry
 
 ISSUER = """
-import random, sys, time
+import sys
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate import record
 from tumble.laboratory.certificate.numbering import parse_pattern
 from tumble.laboratory.registry import Registry
 
 def make(number):
-    time.sleep(random.uniform(0.0, 0.05))
+    print(number, flush=True)
     return record.Rendered(number, f"%PDF- {number}".encode(), f"<xml>{number}</xml>".encode())
 
 address, *results = sys.argv[1:]
@@ -35,7 +34,8 @@ for result in results:
 
 
 def start(address, results):
-    return subprocess.Popen([sys.executable, "-c", ISSUER, address, *results])
+    words = [sys.executable, "-c", ISSUER, address, *results]
+    return subprocess.Popen(words, stdout=subprocess.PIPE)
 
 
 def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
@@ -49,12 +49,16 @@ def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
     address = text.replace("+psycopg", "")
     running = [start(address, drawn.sample(results, units)) for _ in range(stations)]
     for _ in range(kills):
-        time.sleep(drawn.uniform(0.2, 1.5))
         victim = running.pop(drawn.randrange(len(running)))
+        # It goes on while its lines are read, so that it is killed in the midst of something.
+        for _ in range(drawn.randint(0, 3)):
+            victim.stdout.readline()
         victim.send_signal(signal.SIGKILL)
-        victim.wait()
+        victim.communicate()
         running.append(start(address, drawn.sample(results, units)))
-    assert [each.wait(timeout=600) for each in running] == [0] * stations
+    for each in running:
+        each.communicate()
+    assert [each.returncode for each in running] == [0] * stations
     opened = Registry(address)
     assert sorted(int(row["number"]) for row in record.listed(opened)) == list(range(1, units + 1))
     assert sorted(record.holding(opened, results)) == sorted(results)

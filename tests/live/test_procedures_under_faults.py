@@ -5,34 +5,36 @@ from __future__ import annotations
 import json
 import signal
 import socket
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
 import yaml
 
+from killed_commands import killed_on_bench
+from live_benches import simulated_bench, words_of
 from live_fixtures import resting, text_lines
 from repetitions import SOAK
+from simulated_clock import BEGINS
 from tumble.calibration.document import Calibration
+from tumble.foundation import clock
 from tumble.foundation.errors import OutputError
 from tumble.logs import open_recording
 from tumble.logs.session import Session
 from tumble.tools.record.parts import UnitParts
-from tumble.tools.simulate import LiveFault, LiveSimulation
+from tumble.tools.simulate import LiveFault
+from tumble.tools.simulate.live.scenario import LiveScenario
 from turntable_sessions import typed
 
 DRAWS = 50 if SOAK else 1
 KILLS = 34 if SOAK else 1
 """Number of kills of each command."""
-SPEED = 8.0
-"""Simulated s in one of ours."""
+ROBOT = {"motion": "spin", "grades": ("tactical",), "rate_hz": 100.0}
+FLYING = {"motion": "flight", "grades": ("industrial", "consumer", "consumer"), "rate_hz": 100.0}
 KINDS = ("unplugged", "garbled", "restart", "frozen", "gap", "late", "clock-jump", "time-backwards")
 TOLERATED = 6.0
 """Sigmas."""
-LOST, ON_ITS_WAY = 2.0, 1.0
-"""s that a kill may cost, and for which samples may be on their way on a busy computer."""
+LOST = 2.0
+"""s that a kill may cost."""
 
 
 def drawn(rng, kind, last):
@@ -76,11 +78,9 @@ def test_disturbed_spin_ends_with_a_message_or_finds_the_truth(tmp_path, kind, d
     rng = np.random.default_rng(seed)
     faults = {"imu": [drawn(rng, kind, 30.0)]}
     transport = str(rng.choice(["tcp", "pty", "udp"]))
-    robot = LiveSimulation(
-        seed=seed, motion="spin", transport=transport, port=0, speed=SPEED, rest_seconds=12.0, rate_hz=100.0,
-        faults=faults, folder=tmp_path,
-    )  # fmt: skip
-    with robot:
+    with simulated_bench(
+        seed=seed, **ROBOT, transport=transport, rest_seconds=12.0, faults=faults, folder=tmp_path
+    ) as robot:
         done = typed(
             *("spin", "--live", robot.addresses["imu"], "--turns", "2", "--record", tmp_path / "session"),
             *("-o", tmp_path / "out"),
@@ -105,13 +105,10 @@ def test_disturbed_recording_goes_on_and_is_readable(tmp_path, kind, draw):
     names = ("reference", "target_1", "target_2")
     faults = {str(rng.choice(names)): [drawn(rng, kind, 20.0)]}
     transport = str(rng.choice(["tcp", "pty", "udp"]))
-    bench = LiveSimulation(
-        seed=seed, motion="six-faces", grades=("reference", "consumer", "tactical"), transport=transport,
-        port=0, speed=SPEED, rate_hz=100.0, faults=faults, folder=tmp_path,
-    )  # fmt: skip
-    with bench:
-        words = [f"{name}={address}" for name, address in bench.addresses.items()]
-        done = typed("record", *words, "-o", tmp_path / "session", "--duration", "3s")
+    with simulated_bench(
+        seed=seed, motion="six-faces", transport=transport, rate_hz=100.0, faults=faults, folder=tmp_path
+    ) as bench:
+        done = typed("record", *words_of(bench), "-o", tmp_path / "session", "--duration", "24s")
     assert ended_in_words(done), done.err
     found = samples_in(tmp_path / "session")
     assert set(found) == set(names)
@@ -127,26 +124,18 @@ def test_disturbed_live_corrections_are_right_or_reported(tmp_path, kind, draw):
     rng = np.random.default_rng(seed)
     transport = str(rng.choice(["tcp", "pty", "udp"]))
     faults = {"imu": [drawn(rng, kind, 20.0)]}
-    robot = LiveSimulation(
-        seed=seed, motion="spin", transport=transport, port=0, speed=SPEED, rest_seconds=60.0, rate_hz=100.0,
-        faults=faults, folder=tmp_path,
-    )  # fmt: skip
     out = tmp_path / "out.csv"
-    with robot:
+    with simulated_bench(
+        seed=seed, **ROBOT, transport=transport, rest_seconds=60.0, faults=faults, folder=tmp_path
+    ) as robot:
         biases = {triad: robot.truth[f"{triad}_bias"] for triad in ("accelerometer", "gyroscope")}
         calibration = {triad: {"M": np.eye(3), "b": bias} for triad, bias in biases.items()}
         Calibration.model_validate({"name": "imu", **calibration}).save(tmp_path / "imu.yaml")
         words = ("apply", "--live", tmp_path / "imu.yaml", robot.addresses["imu"], "--to", out)
-        running = started(words)
-        begun = running.stderr.readline()
-        time.sleep(4.0)
-        running.send_signal(signal.SIGTERM)
-        _, rest = running.communicate(timeout=60.0)
-        said = begun + rest
-    assert "Traceback" not in said
-    assert running.returncode in (0, 2), said
-    if running.returncode == 2:
-        assert len([line for line in said.splitlines() if line.startswith("tumble: error:")]) == 1
+        stopper = robot.clock.interrupt_later(32.0, signal.SIGTERM)
+        done = typed(*words)
+        clock.wait(stopper)
+    ended_in_words(done)
     if out.exists():
         rows = np.concatenate(
             [
@@ -171,23 +160,27 @@ def mounted(bench, path):
 
 
 SET = ("primary", "secondary_1", "secondary_2")
-SECONDS = 12.0 if SOAK else 6.0
+SECONDS = 96.0 if SOAK else 48.0
 """For which a set is watched."""
 FLIGHT = ("--set", "collect=15", "--set", "evaluate_every=3", "--set", "late=2")
 
 
 def fly_with(tmp_path, seed, faults):
     """Watches a simulated flight; returns how it ended, and its truth."""
-    flight = LiveSimulation(
-        seed=seed, motion="flight", grades=("industrial", "consumer", "consumer"), port=0, speed=SPEED,
-        rate_hz=100.0, faults=faults,
-    )  # fmt: skip
-    with flight:
-        words = [f"{name}={address}" for name, address in flight.addresses.items()]
+    with simulated_bench(seed=seed, **FLYING, faults=faults) as flight:
         known = mounted(flight, tmp_path / "units.yaml")
         true_calibration(flight.truth, "primary").save(tmp_path / "primary.yaml")
         done = typed(
-            *("redundancy", "--live", *words, "--settings", known, *FLIGHT, "--store", tmp_path / "store"),
+            *(
+                "redundancy",
+                "--live",
+                *words_of(flight),
+                "--settings",
+                known,
+                *FLIGHT,
+                "--store",
+                tmp_path / "store",
+            ),
             *("--calibration", tmp_path / "primary.yaml", "--record", tmp_path / "session"),
             *("-o", tmp_path / "out", "--duration", f"{SECONDS}s", "--json"),
         )
@@ -253,72 +246,33 @@ def test_disturbed_set_is_monitored_on_and_adopts_nothing_wrong(tmp_path, kind, 
     assert again.code in (0, 3), again.err
 
 
-def started(words):
-    """Runs a command in a process of its own."""
-    program = "from tumble.cli.main import main; main()"
-    command = [sys.executable, "-c", program, *map(str, words)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-
-
-def killed(words, after, ready, look):
-    """Runs a command, and kills it some seconds after what it writes is there; returns what a look showed."""
-    running = started(words)
-    until = time.monotonic() + 60.0
-    while not ready() and running.poll() is None and time.monotonic() < until:
-        time.sleep(0.02)
-    time.sleep(after)
-    seen = look()
-    running.send_signal(signal.SIGKILL)
-    _, said = running.communicate(timeout=60.0)
-    assert "Traceback" not in said
-    return seen
-
-
 KILLED = {
-    "record": lambda words, folder: ("record", *words, "-o", folder / "session"),
-    "redundancy": lambda words, folder: (
-        *("redundancy", "--live", *words, "--settings", folder / "units.yaml", *FLIGHT),
+    "record": lambda folder: ("record", "{units}", "-o", folder / "session"),
+    "redundancy": lambda folder: (
+        *("redundancy", "--live", "{units}", "--settings", folder / "units.yaml", *FLIGHT),
         *("--record", folder / "session", "--store", folder / "store", "-o", folder / "out"),
     ),
-    "spin": lambda words, folder: (
-        *("spin", "--live", words[0].partition("=")[2], "--record", folder / "session"),
-        *("-o", folder / "out"),
-    ),
+    "spin": lambda folder: ("spin", "--live", "{unit}", "--record", folder / "session", "-o", folder / "out"),
 }
 
 
 @pytest.mark.parametrize("draw", range(KILLS))
-@pytest.mark.parametrize("command", KILLED if SOAK else ["redundancy"])
+@pytest.mark.parametrize("command", KILLED)
 def test_killed_commands_leave_a_readable_recording_and_store(tmp_path, command, draw):
     seed = 10 * draw + list(KILLED).index(command)
-    print(f"seed {seed}")
     rng = np.random.default_rng(seed)
-    # Half as fast as others: what a busy computer has not read yet is lost with a kill.
-    motion, speed = ("spin", 1.0) if command == "spin" else ("flight", 0.5 * SPEED)
-    bench = LiveSimulation(seed=seed, motion=motion, port=0, speed=speed, rate_hz=100.0, rest_seconds=8.0)
-    with bench:
-        if motion == "flight":
+    motion = {**ROBOT, "rest_seconds": 8.0} if command == "spin" else FLYING
+    if command == "redundancy":
+        with simulated_bench(seed=seed, **motion) as bench:
             mounted(bench, tmp_path / "units.yaml")
-        words = [f"{name}={address}" for name, address in bench.addresses.items()]
-        session = tmp_path / "session"
-
-        def latest():
-            return bench.scenario.uptime + bench.now() if command == "spin" else speed * time.monotonic()
-
-        before, now = killed(
-            KILLED[command](words, tmp_path),
-            rng.uniform(0.0, 6.0),
-            lambda: len({part.parent for part in session.glob("*.parts/*.parquet")}) == len(words),
-            lambda: (samples_in(session), latest()),
-        )
+    session, after, operations = tmp_path / "session", rng.uniform(3.0, 24.0), int(rng.integers(0, 30))
+    print(f"seed {seed}: killed after {after:.2f} s and {operations} operations")
+    killed = killed_on_bench(KILLED[command](tmp_path), after, operations, seed=seed, work=0.1, **motion)
     found = samples_in(session)
-    assert len(found) == len(words)
-    for name, rows in found.items():
-        # Times are on the computer's clock, about which later samples add information.
-        assert np.array_equal(rows[: len(before[name]), 1:], before[name][:, 1:])
-        if SOAK:
-            # Only an idle computer keeps this time.
-            assert rows[-1, 0] > now - speed * (LOST + ON_ITS_WAY)
+    assert len(found) == len(motion["grades"])
+    # A spin is recorded by the clock of its sensor.
+    latest = LiveScenario().uptime + killed - BEGINS if command == "spin" else killed
+    assert min(rows[-1, 0] for rows in found.values()) > latest - LOST
     if command == "redundancy":
         again = typed(
             *("redundancy", tmp_path / "session", "--settings", tmp_path / "units.yaml", *FLIGHT),
@@ -342,7 +296,9 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_full_disk_is_one_line_and_recorded_samples_are_readable(tmp_path, command, monkeypatch):
+def test_full_disk_is_one_line_and_recorded_samples_are_readable(
+    tmp_path, command, monkeypatch, simulated_clock
+):
     original, written = UnitParts.write, []
 
     def write(self, chunk):
@@ -357,7 +313,7 @@ def test_full_disk_is_one_line_and_recorded_samples_are_readable(tmp_path, comma
     words = []
     for name in ("a", "b"):
         (tmp_path / f"{name}.csv").write_bytes(text_lines(resting(400, seed=len(words))))
-        words.append(f"{name}=replay:{tmp_path / name}.csv?speed=4")
+        words.append(f"{name}=replay:{tmp_path / name}.csv")
     done = typed(*COMMANDS[command](words, tmp_path))
     assert done.code == 2
     assert not ended_in_words(done)

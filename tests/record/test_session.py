@@ -241,7 +241,7 @@ def test_sensor_and_arrival_times_are_recorded_beside_the_common_one():
 
 
 UNITS = {"grades": ("tactical", "tactical"), "motion": "six-faces", "rate_hz": 200.0}
-"""Of a bench whose units are recorded."""
+"""Units of a bench that are recorded."""
 
 
 @pytest.mark.parametrize("draw", range(100 if SOAK else 3))

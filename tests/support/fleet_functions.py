@@ -2,7 +2,6 @@
 
 import os
 import signal
-import time
 from pathlib import Path
 
 POISONED = 7
@@ -30,9 +29,18 @@ def deadly_once(seed, folder=""):
     return squared(seed)
 
 
-def slow(seed):
-    """Takes a while, so that a job can be ended in its midst."""
-    time.sleep(0.05)
+HELD_FROM = 100
+"""Seed from which on a job is held."""
+COMES, GOES = "comes", "goes"
+
+
+def held(seed, folder=""):
+    """Waits midway at the gate of a job, where there is one: it comes by a pipe, and goes by another."""
+    comes, goes = Path(folder) / COMES, Path(folder) / GOES
+    if seed >= HELD_FROM and comes.exists():
+        comes.write_bytes(b".")
+        with goes.open("rb", buffering=0) as gate:
+            gate.read(1)
     return squared(seed)
 
 

@@ -1,5 +1,9 @@
 """Runs jobs of a fleet in tests, also by an engine that loses workers at random."""
 
+import os
+import selectors
+
+import fleet_functions
 from tumble.fleet.driver import FleetRun
 from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.job import FleetJob
@@ -35,6 +39,30 @@ def results_of(job):
 def values_of(job):
     """Returns the summaries of all results, as text, sorted."""
     return sorted(results_of(job).column("summary").to_pylist())
+
+
+class Gate:
+    """Holds a job of `fleet_functions.held` in its midst."""
+
+    def __init__(self, folder):
+        self._comes = folder / fleet_functions.COMES
+        goes = folder / fleet_functions.GOES
+        for pipe in (self._comes, goes):
+            os.mkfifo(pipe)
+        self._came, self._go = (os.open(pipe, os.O_RDWR) for pipe in (self._comes, goes))
+
+    def wait(self, process=None):
+        """Waits until a worker has come; a process that runs the job must not end before."""
+        with selectors.DefaultSelector() as ends:
+            ends.register(self._came, selectors.EVENT_READ)
+            if process is not None:
+                ends.register(process.stderr, selectors.EVENT_READ)
+            assert self._came in {key.fd for key, _ in ends.select()}, process.communicate()
+
+    def open(self):
+        """Lets all workers go on."""
+        self._comes.unlink()
+        os.write(self._go, 1000 * b".")
 
 
 class SerialEngine:

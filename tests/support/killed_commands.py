@@ -45,7 +45,7 @@ def filled(words, bench):
 
 
 def _kill():
-    # What the command prints goes elsewhere.
+    # Prints of the command go elsewhere.
     os.write(1, f"{clock.now()}\n".encode())
     os.kill(os.getpid(), signal.SIGKILL)
 

@@ -24,12 +24,13 @@ TICK = 0.1
 
 @contextmanager
 def simulated_bench(late=0.0, work=0.5, later=0.0, **changes):
-    """Serves a bench to whatever runs in the block, by a simulated clock; see `SimulatedClock`."""
+    """Serves a bench to whatever runs in the block, by a simulated clock, its `clock`."""
     seed = changes.get("seed", 1)
     print(f"seed {seed}")
-    with pytest.MonkeyPatch.context() as patch, SimulatedClock(seed, late, work, later):
+    with pytest.MonkeyPatch.context() as patch, SimulatedClock(seed, late, work, later) as simulated:
         patch.setattr(procedure, "TICK", TICK)
         with LiveSimulation(**{**QUICK_BENCH, **changes}) as bench:
+            bench.clock = simulated
             yield bench
 
 

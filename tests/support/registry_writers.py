@@ -6,7 +6,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 from made_up_calibrations import made_up, save
@@ -41,10 +40,11 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
     acknowledged: set[str] = set()
     running = [start(address, drawn.sample(folders, results)) for _ in range(writers)]
     for _ in range(kills):
-        time.sleep(drawn.uniform(0.0, 1.5))
         victim = running.pop(drawn.randrange(len(running)))
+        # It goes on while its lines are read, so that it is killed in the midst of something.
+        first = [victim.stdout.readline().strip() for _ in range(drawn.randint(0, results))]
         victim.send_signal(signal.SIGKILL)
-        acknowledged |= said(victim)
+        acknowledged |= {*filter(is_identity, first), *said(victim)}
         running.append(start(address, drawn.sample(folders, results)))
     for each in running:
         acknowledged |= said(each)
@@ -62,4 +62,9 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
 def said(writer: subprocess.Popen[str]) -> set[str]:
     """Identities that a program printed in whole before its end."""
     out, _ = writer.communicate(timeout=600)
-    return {line for line in out.splitlines() if len(line) == 64}
+    return set(filter(is_identity, out.splitlines()))
+
+
+def is_identity(line: str) -> bool:
+    """Return whether a line is the identity of a result, in whole."""
+    return len(line) == 64

@@ -8,10 +8,11 @@ With --field every fifth sample has a reading of a magnetometer, 20 uT along x a
 import math
 import os
 import sys
+import threading
 import time
 from dataclasses import dataclass
 
-from cyclonedds.core import Policy, Qos
+from cyclonedds.core import Listener, Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float64, int32, uint32
@@ -100,23 +101,28 @@ def main():
     policy = policy if reliability == "reliable" else Policy.Reliability.BestEffort
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     qos = Qos(policy, Policy.History.KeepLast(1000))
-    writer = DataWriter(participant, Topic(participant, f"rt{topic}", Message), qos=qos)
+    matched = threading.Event()
+
+    class Matched(Listener):
+        def on_publication_matched(self, _writer, _status):
+            matched.set()
+
+    about = Topic(participant, f"rt{topic}", Message)
+    writer = DataWriter(participant, about, qos=qos, listener=Matched())
     field = None
     if "--field" in sys.argv:
         topic = sys.argv[sys.argv.index("--field") + 1]
         field = DataWriter(participant, Topic(participant, f"rt{topic}", Magnetic), qos=qos)
     print("there", flush=True)
-    until = time.monotonic() + 30.0
-    while not writer.get_matched_subscriptions() and time.monotonic() < until:
-        time.sleep(0.01)
+    matched.wait()
     began = time.monotonic()
     for number in range(int(samples)):
         if field is not None and number % 5 == 0:
             field.write(magnetic(number, float(rate)))
         writer.write(message(number, float(rate), "--absent" in sys.argv))
         time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))
-    # Those that are on their way still arrive.
-    time.sleep(1.0)
+    # Those that are on their way still arrive: it stays until nobody wants it any more.
+    sys.stdin.read()
 
 
 if __name__ == "__main__":

@@ -40,6 +40,8 @@ LONGEST = 86_400.0
 """s that a simulation may take: beyond them, a thread waits for what never comes."""
 TICK = 1e-9
 """s that the shortest wait takes, as no clock stands still."""
+LOOK = 1e-4
+"""s that a library takes to look at the clock: some look again and again instead of waiting."""
 HANGS_AFTER = 600.0
 """s of the computer without a turn, after which a thread hangs outside of the clock."""
 
@@ -165,6 +167,17 @@ class SimulatedClock(clock.Clock):
     def interrupt(self, number=signal.SIGINT):
         """Sends a signal to the thread that entered the simulation, which receives it where it waits."""
         self._main.signals.append(number)
+
+    def interrupt_later(self, seconds, number=signal.SIGINT):
+        """Does so in so many s; returns the thread that does."""
+
+        def interrupt():
+            clock.sleep(seconds)
+            self.interrupt(number)
+
+        thread = clock.thread(interrupt, name="interrupter")
+        thread.start()
+        return thread
 
     def run(self, coroutine):
         """Runs a coroutine in an event loop that waits by this clock; returns what it returns."""
@@ -373,11 +386,18 @@ def _waits_of_libraries(simulated):
             simulated._wait_until(lambda: any(look(*lines, 0.0)), "lines of a library", longest)
         return look(*lines, 0.0)
 
-    monotonic = by_turns(simulated.now, time.monotonic)
+    def looking(read):
+        def look_at_clock():
+            simulated._now += LOOK
+            return read()
+
+        return look_at_clock
+
+    monotonic = by_turns(looking(simulated.now), time.monotonic)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(time, "monotonic", monotonic)
         patch.setattr("serial.serialutil.Timeout.TIME", staticmethod(monotonic))
-        patch.setattr(time, "time", by_turns(simulated.utc, time.time))
+        patch.setattr(time, "time", by_turns(looking(simulated.utc), time.time))
         patch.setattr(time, "sleep", by_turns(simulated.sleep, time.sleep))
         patch.setattr(select, "select", by_turns(select_by_turns, look))
         yield

@@ -11,12 +11,9 @@ from tumble.tools.simulate.live.table_server import TableServer
 from tumble.tools.table.profile import load_profile
 from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
-SPEED = 200.0
-"""Simulated s in a second."""
-
 
 class Clock:
-    """A clock that goes on by command."""
+    """The time of a table, s, which goes on by command."""
 
     def __init__(self):
         self.now = 0.0
@@ -71,10 +68,10 @@ class NotingTable(SimulatedTable):
 
 
 @contextmanager
-def served(profile_name, speed=SPEED):
+def served(profile_name):
     """Address of a simulated table that speaks the words of a profile, and the table."""
     profile = load_profile(profile_name)
     axes = tuple(axis.axis(profile.units) for axis in profile.axes)
-    table = SimulatedTable(axes, lambda: speed * clock.now())
+    table = SimulatedTable(axes)
     with TableServer(table, profile, "127.0.0.1", 0) as server:
         yield f"text:TCPIP::127.0.0.1::{server.port}::SOCKET?profile={profile_name}", table

@@ -5,6 +5,7 @@ python zenoh_publisher.py END_POINT --router
 """
 
 import os
+import signal
 import sys
 import time
 
@@ -29,7 +30,7 @@ def main():
     if sys.argv[2] == "--router":
         session = opened(mode='"router"', listen__endpoints=f'["{end_point}"]')
         print("routing", session.zid(), flush=True)
-        time.sleep(600)
+        signal.pause()
     topic, rate = sys.argv[2:4]
     connect = {"connect__endpoints": f'["{end_point}"]', "listen__endpoints": '["tcp/localhost:0"]'}
     session = opened(mode='"peer"', **connect)

@@ -9,6 +9,8 @@ import pytest
 from table_fixtures import served
 from turntable_sessions import one_line, typed
 
+pytestmark = pytest.mark.usefixtures("simulated_clock")
+
 
 def test_a_table_is_sent_to_angles_and_says_where_it_is():
     with served("scpi") as (address, _):
@@ -24,7 +26,7 @@ def test_a_table_is_sent_to_angles_and_says_where_it_is():
 
 @pytest.mark.parametrize("words", [["-90,0"], ["--", "-90,0"]])
 def test_angles_may_begin_with_a_minus(words):
-    done = typed("table", "goto", "--table", "simulated:two-axis?speed=100", "--armed", *words)
+    done = typed("table", "goto", "--table", "simulated:two-axis", "--armed", *words)
     assert done.code == 0
     assert done.out.splitlines()[0] == "outer: -90.0000 deg"
     done = typed("table", "goto", "-.5,-0.25", "--table", "simulated:two-axis", "--speed", "5,5")
@@ -41,7 +43,7 @@ def test_nothing_moves_without_arms():
 
 def test_a_table_turns_at_a_rate_for_a_while():
     with served("scpi") as (address, simulated):
-        done = typed("table", "rate", "0,90", "--for", "0.05", "--table", address, "--armed")
+        done = typed("table", "rate", "0,90", "--for", "5", "--table", address, "--armed")
         assert done.code == 0, done.err
         assert simulated.position()[1] != 0.0
         assert typed("table", "stop", "--table", address).out == "stopped\n"
@@ -61,6 +63,6 @@ def test_a_table_turns_at_a_rate_for_a_while():
     ],
 )
 def test_motion_beyond_a_limit_is_one_line_and_is_not_made(words, problem):
-    done = typed("table", *words, "--table", "simulated:two-axis?speed=100", "--armed")
+    done = typed("table", *words, "--table", "simulated:two-axis", "--armed")
     assert done.code == 2
     assert problem in one_line(done.err)

@@ -19,6 +19,8 @@ from tumble.tools.table import GuardedTable
 from tumble.tools.table.bounds import parse_limits
 from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
+pytestmark = pytest.mark.usefixtures("simulated_clock")
+
 TWO = PRESETS["two-axis"]
 FIGURES = st.floats(-400.0, 400.0) | st.sampled_from([-185.0, 185.0, 60.0, 180.0, 0.0, np.nan, np.inf])
 COMMANDS = st.one_of(
@@ -246,7 +248,7 @@ def test_without_arms_nothing_is_sent_but_a_stop_that_is_asked_for():
 
 
 PROGRAM = """
-    import sys, time
+    import signal, sys
     sys.path.insert(0, "tests/support")
     import numpy as np
     from table_fixtures import NotingTable
@@ -260,7 +262,7 @@ PROGRAM = """
     with GuardedTable(Loud(), armed=True) as table:
         table.goto(np.radians([170.0, 0.0]), np.radians([1.0, 1.0]))
         print("moving", flush=True)
-        time.sleep(60)
+        signal.pause()
 """
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 import pty
 import socket
-import threading
-import time
 import tty
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 import pytest
@@ -16,10 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from table_fixtures import served
+from tumble.foundation import clock
 from tumble.foundation.errors import TableError
 from tumble.tools.table import GuardedTable, open_table
 from tumble.tools.table.profile import StateQuery, load_profile, pattern, shipped, written
 from turntable_sessions import one_line, typed
+
+pytestmark = pytest.mark.usefixtures("simulated_clock")
 
 
 @contextmanager
@@ -37,7 +38,7 @@ def test_a_table_goes_to_angles_and_turns_at_rates_over_a_socket():
         table.rate(np.radians([0.0, 36.0]))
         table.wait()
         before = simulated.position()[1]
-        time.sleep(0.05)
+        clock.sleep(0.05)
         assert simulated.position()[1] > before
 
 
@@ -45,9 +46,9 @@ def test_leaving_the_table_brings_it_to_rest():
     with served("scpi") as (address, simulated):
         with armed(address) as table:
             table.rate(np.radians([0.0, 36.0]))
-        time.sleep(0.1)
+        clock.sleep(1.0)
         before = simulated.position()
-        time.sleep(0.05)
+        clock.sleep(0.05)
         assert np.array_equal(before, simulated.position())
 
 
@@ -69,60 +70,76 @@ def test_two_programs_at_one_table_are_refused_in_one_line():
     assert "no answer" in one_line(done.err.splitlines(keepends=True)[-1])
 
 
-def answering(replies):
-    """Port of a table that gives these replies, line by line, then falls silent."""
-    server = socket.create_server(("127.0.0.1", 0))
+@contextmanager
+def answering(*replies, profile):
+    """Address of a table, and the lines it was sent; it answers by a function of the line, one a connection.
+
+    It leaves at a line for which that gives None.
+    """
     told = []
 
     def serve():
-        client, _ = server.accept()
-        with client, client.makefile("rwb") as line:
-            for told_line in line:
-                told.append(told_line.decode().strip())
-                reply = replies(told[-1])
-                if reply:
-                    line.write(reply.encode() + b"\n")
-                    line.flush()
+        for reply in replies:
+            with accepted(server) as client, suppress(OSError):
+                for line in lines_of(client):
+                    told.append(line)
+                    if (answer := reply(line)) is None:
+                        break
+                    client.sendall(answer.encode())
 
-    threading.Thread(target=serve, daemon=True).start()
-    return server, told
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server_thread = clock.thread(serve)
+        server_thread.start()
+        yield f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={profile}", told
+        clock.wait(server_thread)
+
+
+def accepted(server):
+    """A program that has connected."""
+    clock.readable(server.fileno())
+    return server.accept()[0]
+
+
+def lines_of(client):
+    """Lines that a program sends until it has left."""
+    text = b""
+    while clock.readable(client.fileno()) and (piece := client.recv(4096)):
+        *lines, text = (text + piece).split(b"\n")
+        yield from (line.decode().strip() for line in lines)
 
 
 @pytest.mark.parametrize(
-    ("replies", "problem"),
+    ("reply", "problem"),
     [
-        (lambda told: None if "POS?" in told else "OK", "no answer to 'AXIS1:POS"),
-        (lambda told: "ERR 12" if "POS?" in told else "OK", "refused 'AXIS1:POS"),
-        (lambda told: "north" if "POS?" in told else "OK", "replied 'north'"),
+        ("", "no answer to 'AXIS1:POS"),
+        ("ERR 12\n", "refused 'AXIS1:POS"),
+        ("north\n", "replied 'north'"),
     ],
 )
-def test_silence_and_refusals_are_one_line_and_stop_the_table(tmp_path, replies, problem):
-    text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.3")
-    (tmp_path / "quick.yaml").write_text(text)
-    server, told = answering(replies)
-    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
-    with server:
+def test_silence_and_refusals_are_one_line_and_stop_the_table(reply, problem):
+    def replies(line):
+        return reply if "POS?" in line else "OK\n"
+
+    with answering(replies, replies, profile="scpi") as (address, told):
         done = typed("table", "goto", "10,10", "--table", address, "--armed")
+        typed("table", "stop", "--table", address)
     assert done.code == 2
     assert problem in one_line(done.err.splitlines(keepends=True)[-1])
-    assert told[-2:] == ["AXIS1:STOP", "AXIS2:STOP"]
+    assert told[-4:] == 2 * ["AXIS1:STOP", "AXIS2:STOP"]
 
 
-def test_all_axes_are_stopped_before_any_answer_is_awaited(
-    tmp_path,
-):
-    text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.5")
-    (tmp_path / "quick.yaml").write_text(text)
-    server, told = answering(lambda line: "12.5\nOK" if line == "AXIS1:STOP" else "OK")
-    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
-    with server, open_table(address) as table:
-        table.stop()
-    assert told == ["AXIS1:STOP", "AXIS2:STOP"]
-    server, told = answering(lambda line: None)
-    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
-    with server, open_table(address) as table, pytest.raises(TableError, match="no answer to 'AXIS1:STOP'"):
-        table.stop()
-    assert told == ["AXIS1:STOP", "AXIS2:STOP"]
+@pytest.mark.parametrize("answer", ["12.5\nOK\n", ""])
+def test_all_axes_are_stopped_before_any_answer_is_awaited(answer):
+    def replies(line):
+        return "OK\n" if answer and line != "AXIS1:STOP" else answer
+
+    with answering(replies, profile="scpi") as (address, told), open_table(address) as table:
+        if answer:
+            table.stop()
+        else:
+            with pytest.raises(TableError, match="no answer to 'AXIS1:STOP'"):
+                table.stop()
+        assert told == ["AXIS1:STOP", "AXIS2:STOP"]
 
 
 def open_profile(name):
@@ -131,27 +148,17 @@ def open_profile(name):
     return (resources.files("tumble.tools.table") / "profiles" / f"{name}.yaml").read_text()
 
 
-def test_a_lost_line_is_opened_again_to_send_the_stop(tmp_path):
+def test_a_lost_line_is_opened_again_to_send_the_stop():
     """The table closes the connection at the first question; over the next one it takes commands."""
-    server = socket.create_server(("127.0.0.1", 0))
-    told = []
+    questions = iter(range(3))
 
-    def serve():
-        for answers in (2, 100):
-            client, _ = server.accept()
-            with client, client.makefile("rwb") as line:
-                for number, told_line in enumerate(line):
-                    told.append(told_line.decode().strip())
-                    if number >= answers:
-                        break
-                    line.write(
-                        b"0.0\n" if told[-1].endswith("POS?") else b"1\n" if "DONE" in told[-1] else b"OK\n"
-                    )
-                    line.flush()
+    def leaving(line):
+        return None if next(questions) == 2 else obedient(line)
 
-    threading.Thread(target=serve, daemon=True).start()
-    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile=scpi"
-    with server:
+    def obedient(line):
+        return "0.0\n" if line.endswith("POS?") else "1\n" if "DONE" in line else "OK\n"
+
+    with answering(leaving, obedient, profile="scpi") as (address, told):
         done = typed("table", "goto", "10,10", "--table", address, "--armed")
     assert done.code == 2
     problem = one_line(done.err.splitlines(keepends=True)[-1])
@@ -217,12 +224,13 @@ def test_table_on_a_serial_line_excludes_other_programs():
     def serve():
         while True:
             try:
+                clock.readable(device)
                 said.append(os.read(device, 64).decode())
                 os.write(device, said[-1].strip().encode() + b"\r\n>\r\n")
             except OSError:
                 return
 
-    thread = threading.Thread(target=serve, daemon=True)
+    thread = clock.thread(serve)
     thread.start()
     address = f"text:ASRL{os.ttyname(line)}::INSTR?profile=aerosmith-1270vs"
     with armed(address) as table:
@@ -230,6 +238,7 @@ def test_table_on_a_serial_line_excludes_other_programs():
         with pytest.raises(TableError, match="cannot be opened"), armed(address):
             pass
     os.close(line)
+    clock.wait(thread)
     os.close(device)
     assert [each.strip() for each in said] == ["SRV1", "ACL100.0", "JOG-30", "STO"]
 
