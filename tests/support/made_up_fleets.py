@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from tumble.fleet.job import load_job
 from tumble.fleet.ledger import JobStatus
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore
+from tumble.foundation import clock
 from tumble.foundation.recording import FloatArray
 
 NAME = "accelerometer bias x"
@@ -29,7 +29,7 @@ def write_fleets(folder: Path) -> None:
     done = JobStatus("done", UNITS * len(YEARS) + 1, UNITS * len(YEARS) + 1, 1, 0, 0, 40.0, 2.4, "local")
     _write(folder, "spins", done)
     write_parts(FileStore(str(folder / "spins-results")), [*outcomes_of(_values(), YEARS), _failed()])
-    running = JobStatus("running", 1000, 250, 0, 3, 1, 12.5, 20.0, "ray", written=time.time() + 3600.0)
+    running = JobStatus("running", 1000, 250, 0, 3, 1, 12.5, 20.0, "ray", written=clock.utc() + 3600.0)
     _write(folder, "drives", running)
     _write(folder, "killed", JobStatus("running", 50, 10, 0, 0, 0, 2.0, 5.0, "local", written=1.0))
     _write(folder, "next", None)
