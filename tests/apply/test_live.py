@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import socket
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -14,6 +12,7 @@ import pytest
 from live_fixtures import resting, text_lines
 from ports import free_ports
 from tumble.calibration.document import Calibration
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import LiveChunk
 from tumble.live.outputs import parse_output
@@ -85,35 +84,52 @@ def test_options_that_do_not_go_together_are_refused(unit, words, says):
     assert says in refused(typed("apply", unit / "target_1.yaml", f"replay:{unit}/target_1.csv", *words))
 
 
-def test_incoming_samples_are_corrected_until_the_stop(unit):
+def test_incoming_samples_are_corrected_until_the_stop(unit, simulated_clock):
     calibration = Calibration.load(unit / "target_1.yaml")
     came, goes = free_ports(2)
-    command = "from tumble.cli.main import main; main()"
-    words = ["apply", "--live", unit / "target_1.yaml", f"udp://127.0.0.1:{came}"]
-    words += ["--to", f"udp://127.0.0.1:{goes}"]
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-        line.bind(("127.0.0.1", goes))
-        line.settimeout(20.0)
-        process = subprocess.Popen(
-            [sys.executable, "-c", command, *map(str, words)],
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        assert "Ctrl-C ends" in process.stderr.readline()
-        names, *lines = text_lines(TABLE, header="time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s").splitlines()
-        line.sendto(names, ("127.0.0.1", came))
-        found = []
-        for sample in lines:
+    found = []
+
+    def send():
+        clock.sleep(1.0)
+        for sample in text_lines(TABLE, header="time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s").splitlines():
             line.sendto(sample, ("127.0.0.1", came))
         while len(found) < len(TABLE):
-            found += [json.loads(text) for text in line.recv(1 << 16).splitlines()]
-        process.send_signal(signal.SIGTERM)
-        _, errors = process.communicate(timeout=20)
-    assert process.returncode == 0, errors
+            assert clock.readable(line.fileno(), 20.0)
+            found.extend(json.loads(text) for text in line.recv(1 << 16).splitlines())
+        simulated_clock.interrupt(signal.SIGTERM)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", goes))
+        sender = clock.thread(send)
+        sender.start()
+        words = ("apply", "--live", unit / "target_1.yaml", f"udp://127.0.0.1:{came}")
+        done = typed(*words, "--to", f"udp://127.0.0.1:{goes}")
+        clock.wait(sender)
+    assert done.code == 0, done.err
     force, _ = calibration.correct(TABLE[:, 1:4], TABLE[:, 4:])
     assert np.array_equal([[each["ax"], each["ay"], each["az"]] for each in found], force)
-    assert "200 samples corrected" in errors
-    assert "ms after they came" in errors
+    assert "200 samples corrected" in done.err
+
+
+class BusySource:
+    """A source that a busy computer reads 4 ms after its samples came."""
+
+    name = "slow"
+    clock = serial = ""
+    already_corrected = None
+    remarks = ()
+
+    def __iter__(self):
+        for part in np.array_split(TABLE, 4):
+            came = clock.now()
+            clock.sleep(0.004)
+            yield LiveChunk(part[:, 0], part[:, 1:4], part[:, 4:], arrival=came)
+
+
+def test_time_from_arrival_to_output_is_measured(unit, tmp_path, simulated_clock):
+    output = parse_output(str(tmp_path / "kept.csv"))
+    applied = LiveApply(Calibration.load(unit / "target_1.yaml"), BusySource(), output).run()
+    assert applied.delays.largest == pytest.approx(0.004)
 
 
 class LostSource:

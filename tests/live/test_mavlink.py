@@ -23,6 +23,8 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
 from tumble.live import open_source
 
+pytestmark = pytest.mark.usefixtures("simulated_clock")
+
 TABLE = resting(120)
 
 

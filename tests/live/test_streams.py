@@ -6,7 +6,6 @@ import io
 import socket
 import subprocess
 import sys
-import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -15,8 +14,11 @@ import pytest
 from live_fixtures import HEADER, first_samples, piped, resting, text_lines
 from mavlink_fixtures import highres
 from ports import free_port
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import open_source
+
+pytestmark = pytest.mark.usefixtures("simulated_clock")
 
 TABLE = resting(120)
 COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
@@ -28,15 +30,16 @@ def listening(*pieces):
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve():
+            clock.readable(server.fileno())
             connection, _ = server.accept()
             with connection:
                 for piece in pieces:
                     connection.sendall(piece)
 
-        device = threading.Thread(target=serve, daemon=True)
+        device = clock.thread(serve)
         device.start()
         yield server.getsockname()[1]
-        device.join(5.0)
+        clock.wait(device)
 
 
 def test_samples_come_over_tcp():

@@ -244,6 +244,22 @@ UNITS = {"grades": ("tactical", "tactical"), "motion": "six-faces", "rate_hz": 2
 """Units of a bench that are recorded."""
 
 
+@pytest.mark.parametrize("late", [0.0, 0.02, 0.3])
+def test_a_busy_computer_records_every_sample_and_the_same_each_run(tmp_path, late):
+    def recorded(folder):
+        with simulated_bench(late=late, **UNITS) as bench:
+            done = typed("record", *words_of(bench), "-o", folder, "--duration", "20s")
+        assert done.code == 0, done.err
+        return {name: pq.read_table(joined_file(folder, name)) for name in Session.load(folder).names}
+
+    once, again = (recorded(tmp_path / name) for name in ("once", "again"))
+    for name, table in once.items():
+        assert again[name].equals(table)
+        stamps = table["sensor_time"].to_numpy()
+        assert np.diff(stamps) == pytest.approx(1.0 / UNITS["rate_hz"], rel=1e-2)
+        assert stamps[-1] - stamps[0] > 10.0
+
+
 @pytest.mark.parametrize("draw", range(100 if SOAK else 3))
 def test_killed_recorder_loses_two_seconds_at_most_and_stays_readable(tmp_path, draw):
     rng, session = np.random.default_rng(draw), tmp_path / "session"

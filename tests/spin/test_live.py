@@ -101,7 +101,7 @@ def off(result, session):
     return np.concatenate([(each.value - t) / each.sigma for each, t in zip(found, truth, strict=True)])
 
 
-def test_a_robot_on_a_serial_line_is_calibrated():
+def test_a_robot_on_a_serial_line_is_calibrated(simulated_clock):
     session = record([still(6.0), turn(2.5)], seed=1)
     with serial_device() as device:
         source = open_source(f"serial:{device.path}?baud=921600")

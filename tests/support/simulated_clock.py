@@ -111,7 +111,7 @@ class SimulatedClock(clock.Clock):
     def __enter__(self):
         with ExitStack() as stack:
             stack.enter_context(clock.replaced_by(self))
-            stack.enter_context(_waits_of_libraries(self))
+            stack.enter_context(_waits_of_libraries())
             over = threading.Event()
             watchdog = threading.Thread(target=self._watch, args=(over,), daemon=True)
             watchdog.start()
@@ -126,6 +126,7 @@ class SimulatedClock(clock.Clock):
         try:
             self._end(left)
         finally:
+            self._of_thread.turn = None
             self._stack.close()
         if left and is_well:
             raise SimulationError(f"not ended: {', '.join(turn.name for turn in left)}")
@@ -369,35 +370,48 @@ class _Loop(asyncio.SelectorEventLoop):
         return self._simulated.now()
 
 
+class _LibraryCall:
+    """A function by which libraries read the time or wait; threads that take part do so by their clock."""
+
+    def __init__(self, own, other):
+        self._own, self._other = own, other
+
+    def __call__(self, *arguments):
+        simulated = clock._in_force
+        if isinstance(simulated, SimulatedClock) and simulated.takes_part():
+            return self._own(simulated, *arguments)
+        return self._other(*arguments)
+
+
+def _look(read):
+    def look(simulated):
+        simulated._now += LOOK
+        return read(simulated)
+
+    return look
+
+
+def _select(simulated, *lines_and_longest):
+    *lines, longest = (*lines_and_longest, None)[:4]
+    if longest is None or longest > 0.0:
+        simulated._wait_until(lambda: any(_look_at_lines(*lines, 0.0)), "lines of a library", longest)
+    return _look_at_lines(*lines, 0.0)
+
+
+_look_at_lines = select.select
+_CALLS = {
+    (time, "monotonic"): _LibraryCall(_look(SimulatedClock.now), time.monotonic),
+    (time, "time"): _LibraryCall(_look(SimulatedClock.utc), time.time),
+    (time, "sleep"): _LibraryCall(SimulatedClock.sleep, time.sleep),
+    (select, "select"): _LibraryCall(_select, select.select),
+}
+
+
 @contextmanager
-def _waits_of_libraries(simulated):
-    """Has libraries that wait for serial lines and tables wait by this clock, in threads that take part."""
-    look = select.select
-
-    def by_turns(own, other):
-        def call(*arguments):
-            return own(*arguments) if simulated.takes_part() else other(*arguments)
-
-        return call
-
-    def select_by_turns(*lines_and_longest):
-        *lines, longest = (*lines_and_longest, None)[:4]
-        if longest is None or longest > 0.0:
-            simulated._wait_until(lambda: any(look(*lines, 0.0)), "lines of a library", longest)
-        return look(*lines, 0.0)
-
-    def looking(read):
-        def look_at_clock():
-            simulated._now += LOOK
-            return read()
-
-        return look_at_clock
-
-    monotonic = by_turns(looking(simulated.now), time.monotonic)
+def _waits_of_libraries():
+    """Has libraries that wait for serial lines and tables wait by the clock in force."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(time, "monotonic", monotonic)
-        patch.setattr("serial.serialutil.Timeout.TIME", staticmethod(monotonic))
-        patch.setattr(time, "time", by_turns(looking(simulated.utc), time.time))
-        patch.setattr(time, "sleep", by_turns(simulated.sleep, time.sleep))
-        patch.setattr(select, "select", by_turns(select_by_turns, look))
+        for (module, name), call in _CALLS.items():
+            patch.setattr(module, name, call)
+        patch.setattr("serial.serialutil.Timeout.TIME", _CALLS[time, "monotonic"])
         yield
