@@ -23,7 +23,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from threading import Lock
+
+from forked_commands import Done, ForkingProcess
 
 from tumble.foundation.procedures import PROCEDURES
 
@@ -159,27 +162,56 @@ def repeated_simulations() -> set[str]:
     return {text for text in texts if sum(text in page for page in shown) > 1}
 
 
+SHELL = re.compile(r"[|<>;&$*?~`\"'\\\\]")
+"""Letters that a shell takes for more than themselves."""
+
+
+class Programs:
+    """Processes that run the commands of pages, one for each page that is looked at at a time."""
+
+    def __init__(self) -> None:
+        """Starts none; there are as many as ever were in use together."""
+        self._idle: SimpleQueue[ForkingProcess] = SimpleQueue()
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        self.environment = {**os.environ, "PATH": path, "TUMBLE_LANG": "en"}
+
+    def run(self, folder: Path, *, words: list[str] | None = None, program: str = "") -> Done:
+        """Runs `tumble` with words, or a program of Python, in a folder."""
+        try:
+            process = self._idle.get_nowait()
+        except Empty:
+            process = ForkingProcess(self.environment)
+        done = process.run(folder, words=words, program=program)
+        self._idle.put(process)
+        return done
+
+    def close(self) -> None:
+        """Ends all processes; none may be in use."""
+        while not self._idle.empty():
+            self._idle.get().close()
+
+
+PROGRAMS = Programs()
+
+
 def run(snippet: Snippet, folder: Path) -> Outcome:
     """Runs a `tumble` command or a Python block in `folder`."""
     if snippet.language == "python":
-        command: list[str] = [sys.executable, "-c", snippet.text]
-    elif snippet.text.startswith("tumble "):
-        command = ["sh", "-c", snippet.text]
-    else:
+        done = PROGRAMS.run(folder, program=snippet.text)
+    elif not snippet.text.startswith("tumble "):
         return Outcome()
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PATH": path, "TUMBLE_LANG": "en"},
-    )
-    if done.returncode in (0, FAILED_LIMITS):
-        return Outcome(printed=done.stdout + done.stderr)
-    said = (done.stderr or done.stdout).strip().splitlines()[-1:]
-    return Outcome(wrong=f"exit code {done.returncode}: {' '.join(said)}")
+    elif SHELL.search(snippet.text):
+        command = ["sh", "-c", snippet.text]
+        by_shell = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False, env=PROGRAMS.environment
+        )
+        done = Done(by_shell.returncode, by_shell.stdout, by_shell.stderr)
+    else:
+        done = PROGRAMS.run(folder, words=snippet.text.split()[1:])
+    if done.code in (0, FAILED_LIMITS):
+        return Outcome(printed=done.out + done.err)
+    said = (done.err or done.out).strip().splitlines()[-1:]
+    return Outcome(wrong=f"exit code {done.code}: {' '.join(said)}")
 
 
 def run_all(found: list[Snippet], folder: Path, simulations: Simulations) -> Iterator[tuple[Snippet, str]]:
@@ -257,6 +289,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as kept, ThreadPoolExecutor(os.cpu_count()) as workers:
         simulations = Simulations(Path(kept)) if wanted_to_run else None
         told = list(chain.from_iterable(workers.map(lambda page: problems(page, simulations), PAGES)))
+    PROGRAMS.close()
     told += chain.from_iterable(untranslated(page, original) for page, original in TRANSLATIONS.items())
     for line in told:
         print(line, file=sys.stderr)
