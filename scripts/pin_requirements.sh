@@ -1,6 +1,6 @@
 #!/bin/sh
-# Writes requirements/run.txt (to build and run), test.txt (to test and lint as well), installer.txt and package.txt, every
-# file by its hash, for every Python from 3.10 on and every platform: pin_requirements.sh BIN [--upgrade]
+# Writes requirements/run.txt (to build and run), test.txt (to test and lint as well), and one list a group, every file by its
+# hash, for every Python from 3.10 on and every platform: pin_requirements.sh BIN [--upgrade]
 # What is pinned stays as it is while pyproject.toml allows it, unless --upgrade asks for the newest versions.
 set -eu
 
@@ -22,5 +22,6 @@ pin() {
 
 echo "$build" | pin requirements/run.txt pyproject.toml - --extra live
 echo "$build" | pin requirements/test.txt pyproject.toml - --extra all --extra test --extra lint --constraint requirements/run.txt
-pin requirements/installer.txt --group installer
-pin requirements/package.txt --group package
+for group in installer package audit; do
+    pin requirements/$group.txt --group $group
+done

@@ -279,7 +279,7 @@ def test_a_simulation_of_several_pages_is_made_once_and_copied(tmp_path, monkeyp
     assert ran == [tmp_path / "one"]
 
 
-@pytest.mark.parametrize("purpose", ["installer", "package", "run", "test"])
+@pytest.mark.parametrize("purpose", ["audit", "installer", "package", "run", "test"])
 def test_requirements_name_versions_and_hashes_and_no_place(purpose):
     text = (ROOT / "requirements" / f"{purpose}.txt").read_text()
     assert not re.search(r"https?:|--index|--find-links|--extra|file:|^/|^-e", text, re.MULTILINE)
@@ -297,6 +297,18 @@ def _entries(text):
 def test_ci_runs_exactly_test_and_lint():
     lines = (ROOT / ".ci/run").read_text().splitlines()
     assert [line for line in lines if line.startswith("make")] == ["make test", "make lint"]
+
+
+def test_workflows_pin_each_action_by_its_commit():
+    """A tag or a branch can be moved to other code."""
+    used = [
+        line.strip()
+        for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+        for line in path.read_text().splitlines()
+        if "uses:" in line and "uses: ./" not in line
+    ]
+    assert len(used) > 10
+    assert [line for line in used if not re.search(r"@[0-9a-f]{40} # v\d+\.\d+\.\d+$", line)] == []
 
 
 def test_no_test_is_skipped_for_want_of_a_library():
