@@ -248,6 +248,7 @@ DOORS = {
     "is_dir": "file_status",
     "is_symlink": "file_status",
     "is_fifo": "file_status",
+    "iterdir": "file_status",
     "read_bytes": "file_reading",
     "read_text": "file_reading",
     "json.load": "bounded_json",

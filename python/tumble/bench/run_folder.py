@@ -20,7 +20,7 @@ from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import exists, is_file, is_folder
+from tumble.foundation.file_status import entries, exists, is_file, is_folder
 from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
@@ -107,7 +107,7 @@ def runs_in(folder: Path) -> list[RunFolder]:
     """Returns the runs below a folder, the latest first."""
     if not is_folder(folder):
         return []
-    found = (RunFolder.load(path) for path in folder.iterdir() if is_folder(path))
+    found = (RunFolder.load(path) for path in entries(folder) if is_folder(path))
     return sorted((run for run in found if run is not None), key=lambda run: _age(run.path), reverse=True)
 
 

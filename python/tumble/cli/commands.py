@@ -13,7 +13,8 @@ import typer
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.options import OptionsAround, expanded
 from tumble.cli.standard_output import drawing
-from tumble.foundation.errors import CommandError
+from tumble.foundation.errors import CommandError, PlaceError
+from tumble.foundation.file_status import unusable
 from tumble.foundation.procedures import PROCEDURES
 
 
@@ -165,6 +166,11 @@ def run_command_line(command: Any, words: Sequence[str]) -> int:  # noqa: ANN401
             command = error.ctx.command_path if error.ctx else "tumble"
             raise CommandError(f"{message[0].lower()}{message[1:]}; see {command} --help") from error
         code = error.exit_code  # of a command without arguments, whose help was shown
+    except OSError as error:
+        if error.filename is None:
+            raise
+        # Whatever the system refuses at a path is no mistake of ours.
+        raise PlaceError(unusable(error.filename, error)) from error
     return code or 0
 
 

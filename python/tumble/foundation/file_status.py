@@ -46,6 +46,14 @@ def is_link(path: Path | str) -> bool:
     return status is not None and stat.S_ISLNK(status.st_mode)
 
 
+def entries(folder: Path | str) -> list[Path]:
+    """Returns all that stands in a folder, sorted; raises `PlaceError` where it cannot be listed."""
+    try:
+        return sorted(Path(folder).iterdir())
+    except (OSError, ValueError) as error:
+        raise PlaceError(unusable(folder, error)) from error
+
+
 def status_of(path: Path | str, *, follow: bool = True) -> os.stat_result | None:
     """Returns the status of what stands there; None for nothing, raises `PlaceError` where it is hidden."""
     try:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -236,6 +235,7 @@ def append_line(path: Path, line: str) -> int:
 
     Raises `OutputError` where that cannot be done.
     """
+    _refuse_special(path)
     try:
         with path.open("ab+") as file:
             place = file.tell()
@@ -357,6 +357,7 @@ def prepare_folder(folder: Path | str) -> Path:
 
 def make_file(path: Path) -> None:
     """Make an empty file where there is none; raises `OutputError` where that cannot be done."""
+    _refuse_special(path)
     try:
         with path.open("ab"):
             pass
@@ -442,9 +443,14 @@ def no_empty_folder(folder: Path) -> Iterator[None]:
         raise
 
 
-def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
-    if not stat.S_ISREG(path.stat().st_mode):
+def _refuse_special(path: Path) -> None:
+    """Raises `OutputError` for a device or a pipe: opening one to write may wait without end."""
+    if is_special(path):
         raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
+
+
+def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
+    _refuse_special(path)
     read = {} if renews or _running is None else _running.inputs
     read = read | {_identity(each): each for each in inputs if is_file(each)}
     if (source := read.get(_identity(path))) is not None:

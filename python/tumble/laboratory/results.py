@@ -18,7 +18,7 @@ from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import PAGE
 from tumble.foundation.plain import finite, finite_or_none
 from tumble.foundation.procedures import PROCEDURES
@@ -167,7 +167,7 @@ def read_results(places: Iterable[Path | str]) -> Iterator[Result]:
     """
     for place in map(Path, places):
         if is_folder(place):
-            for path in sorted(place.iterdir()):
+            for path in entries(place):
                 if path.suffix in (".yaml", ".yml") and is_file(path) and KIND.begins(path):
                     found = read_result(path)
                     if found.run.procedure in _WORDS:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import is_file
+from tumble.foundation.file_status import entries, is_file
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording
@@ -28,7 +28,7 @@ def log_files(folder: Path) -> list[Path]:
     """
     files = [
         path
-        for path in sorted(folder.iterdir())
+        for path in entries(folder)
         if is_file(path) and has_log_ending(path) and not path.name.startswith(".")
     ]
     if not files:
@@ -44,7 +44,7 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
     """
     files = log_files(folder)
     parts = tuple(open_part(path) for path in files)
-    ignored = sorted(path.name for path in folder.iterdir() if is_file(path) and path not in files)
+    ignored = sorted(path.name for path in entries(folder) if is_file(path) and path not in files)
     notices = [f"{count_of('file', len(parts))}, read one after another"]
     if ignored:
         notices.append(f"left out {', '.join(ignored)}")

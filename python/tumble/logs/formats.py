@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import exists, is_file, is_folder, is_special
+from tumble.foundation.file_status import entries, exists, is_file, is_folder, is_special
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
@@ -162,7 +162,7 @@ def _refuse_packed(path: Path, head: bytes, packing: Packing) -> None:
 def _folder_of(path: Path) -> LogFormat | None:
     for each in LOG_FORMATS:
         if each.folder_with and exists(path / each.folder_with):
-            for part in path.iterdir():
+            for part in entries(path):
                 if is_special(part):
                     raise LogError(f"{part}: is a device or a pipe, not a part of a log; remove it")
                 note_input(part)

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair
@@ -21,7 +21,7 @@ _PARTNERS = (("accelerometer", "gyroscope"), ("accel", "gyro"), ("acc", "gyro"),
 def find_pair(path: Path) -> tuple[Path, Path] | None:
     """Returns accelerometer and gyroscope file where `path` is one of a pair, or a folder with one."""
     if is_folder(path):
-        pairs = {pair for file in sorted(path.iterdir()) if is_file(file) and (pair := find_pair(file))}
+        pairs = {pair for file in entries(path) if is_file(file) and (pair := find_pair(file))}
         return pairs.pop() if len(pairs) == 1 else None
     for accelerometer, gyroscope in _PARTNERS:
         for here, there in ((accelerometer, gyroscope), (gyroscope, accelerometer)):

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
@@ -57,7 +57,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     timed = is_file(stamps) and options.rate is None
     if is_file(stamps):
         note_input(stamps)
-    files = sorted(file.name for file in (folder / "data").iterdir() if _number(file.name) is not None)
+    files = sorted(file.name for file in entries(folder / "data") if _number(file.name) is not None)
     if not files:
         raise LogError(f"{folder / 'data'}: holds no files of samples named 0000000000.txt; copy it again")
 
@@ -89,7 +89,7 @@ def _oxts(path: Path) -> Path | None:
         data = folder / "data"
         if not is_folder(data):
             continue
-        first = next((file for file in data.iterdir() if _number(file.name) is not None), None)
+        first = next((file for file in entries(data) if _number(file.name) is not None), None)
         if first is not None and (folder.name == "oxts" or len(_fields(first)) == _FIELDS):
             return folder
     return None

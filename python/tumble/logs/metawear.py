@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import join
@@ -61,7 +61,7 @@ def _pair_of(path: Path) -> tuple[Path, Path] | None:
         return None
     folder = path if is_folder(path) else path.parent
     found: dict[str, list[Path]] = {sensor: [] for sensor in _SENSORS}
-    for file in sorted(folder.iterdir()):
+    for file in entries(folder):
         match = _FILE.fullmatch(file.name)
         if (
             match
@@ -101,7 +101,7 @@ def _magnetometer(accelerometer: Path, options: ReadOptions) -> LoggedMagnetomet
     assert named is not None
     files = [
         file
-        for file in sorted(accelerometer.parent.iterdir())
+        for file in entries(accelerometer.parent)
         if (match := _FILE.fullmatch(file.name))
         and (match["start"], match["sensor"]) == (named["start"], _MAGNETOMETER)
     ]

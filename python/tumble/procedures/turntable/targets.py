@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.file_names import SUMMARY
-from tumble.foundation.file_status import exists, is_file, is_folder, is_special
+from tumble.foundation.file_status import entries, exists, is_file, is_folder, is_special
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.logs import open_recording, parse_spec
@@ -124,7 +124,7 @@ def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) ->
 
 
 def _has_poses(folder: Path, poses: set[str]) -> bool:
-    logs = [stem_of(path).casefold() for path in folder.iterdir() if has_log_ending(path)]
+    logs = [stem_of(path).casefold() for path in entries(folder) if has_log_ending(path)]
     return bool(logs) and poses.issuperset(logs)
 
 
@@ -139,7 +139,7 @@ def _logs_below(folder: Path, output: Path | None) -> list[str]:
 
 
 def _logs_in(folder: Path, output: Path | None) -> Iterator[Path]:
-    for path in folder.iterdir():
+    for path in entries(folder):
         if path.name.startswith(".") or path.resolve() == output:
             continue
         if is_folder(path):

@@ -15,7 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from tumble.foundation.documents import Document, Vector, read_document
 from tumble.foundation.errors import TableError
-from tumble.foundation.file_status import exists
+from tumble.foundation.file_status import entries, exists
 from tumble.foundation.schemas import TABLE_PROFILE
 from tumble.tools.table.axes import Axis, AxisLimits
 
@@ -296,8 +296,7 @@ class TableProfile(Document):
 
 def shipped() -> tuple[str, ...]:
     """Returns the names of the profiles that come with Tumble."""
-    files = resources.files("tumble.tools.table") / "profiles"
-    return tuple(sorted(file.name.removesuffix(".yaml") for file in files.iterdir()))
+    return tuple(file.name.removesuffix(".yaml") for file in entries(Path(__file__).with_name("profiles")))
 
 
 @lru_cache

@@ -16,7 +16,7 @@ from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.documents import LARGEST_DOCUMENT, mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
 from tumble.foundation.file_reading import read_text_whole
-from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import CALIBRATION, schema_in
 from tumble.foundation.units import TRIADS, Triad
@@ -126,7 +126,7 @@ def results_in(path: Path) -> tuple[ResultFile, ...]:
     Raises `CalibrationFileError` where one of them is wrong, or there is none.
     """
     if is_folder(path):
-        files = [each for each in sorted(path.iterdir()) if each.suffix == ".yaml" and is_result(each)]
+        files = [each for each in entries(path) if each.suffix == ".yaml" and is_result(each)]
         return tuple(_of_calibration(each, Calibration.load(each)) for each in files)
     if path.suffix.lower() != ".json":
         return (_of_calibration(path, Calibration.load(path)),)
