@@ -12,7 +12,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.fleet.places import FileStore, store_error
-from tumble.foundation.words import plain
+from tumble.foundation.file_names import file_stem
 
 FOLDER = "parts"
 ENDING = ".parquet"
@@ -90,7 +90,7 @@ def write_parts(results: FileStore, outcomes: Sequence[Outcome]) -> list[str]:
 def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
     some = sorted(outcomes, key=lambda each: each.key)
     digest = hashlib.sha256(b"".join(each.key for each in some)).hexdigest()[:32]
-    name = f"{FOLDER}/day={plain(day)}/{digest}{ENDING}"
+    name = f"{FOLDER}/day={file_stem(day)}/{digest}{ENDING}"
     content = io.BytesIO()
     pq.write_table(pa.Table.from_pylist([asdict(each) for each in some], SCHEMA), content, compression="zstd")
     results.write(name, content.getvalue())

@@ -10,7 +10,7 @@ from typing import Any
 
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import write_shared
-from tumble.foundation.words import plain
+from tumble.foundation.words import plain, quoted
 
 _SECRETS = re.compile(
     r"(?<=//)[^/@\s]+@|(?<!\S)[^/@\s:]+:[^/@\s]+@|(?i:(key|secret|token|password|signature)=)[^&\s]+"
@@ -41,7 +41,9 @@ class FileStore:
         return shown(self.url)
 
     def within(self, name: str) -> str:
-        """Returns the path of a file within it."""
+        """Returns the path of a file within it; raises `StoreError` for one that would lie elsewhere."""
+        if any(part in ("", ".", "..") for part in name.split("/")):
+            raise StoreError(f"{self}: {quoted(name)} does not lie within; give another name")
         return f"{self.root.rstrip('/')}/{name}"
 
     def read(self, name: str) -> bytes | None:

@@ -1,4 +1,4 @@
-"""JSON from anywhere: read in bounded time and depth whatever it holds, or a `JsonError`.
+"""JSON from anywhere: read in bounded time and depth whatever it holds, or a `JsonError`; and lines of it.
 
 The library leaves three doors open: nesting that exhausts the stack, of its own or of whoever walks through
 what it returned; numbers of millions of digits, which take minutes; and three kinds of errors.
@@ -7,6 +7,7 @@ what it returned; numbers of millions of digits, which take minutes; and three k
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -37,6 +38,13 @@ def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - JSON is anything
     return found
 
 
+def json_line(content: object) -> str:
+    """Prints plain data on one line; names of files that are no UTF-8 read back as they are."""
+    text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return _SURROGATE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
 _TOO_DEEP = f"is nested more than {DEEPEST} levels deep"
 
 

@@ -37,10 +37,26 @@ TAKEN = frozenset((*_OF_UNITS, *(name for procedure in PROCEDURES for name in pr
 """Names of files, without their endings, that no target may bear."""
 
 
+_LONGEST = 160
+"""Bytes of a name; endings and numbers are put behind it, and a file system takes 255."""
+_KEPT = 140
+"""Bytes that are kept of a longer one."""
+
+
 def file_stem(name: str) -> str:
-    """Returns a valid file name for a unit; the ending of a procedure becomes part of the name."""
+    """Returns a name for a file or folder from any text: one part of a path, never one above its folder.
+
+    The ending of a procedure becomes part of the name. A long text is cut, with a digest of all of it, so
+    that two of them differ. A name that this returned comes back as it is.
+    """
     stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
-    return re.sub(rf"\.(?=({'|'.join(_OF_UNITS)})$)", "_", stem)
+    stem = re.sub(rf"\.(?=({'|'.join(_OF_UNITS)})$)", "_", stem)
+    whole = stem.encode()
+    if len(whole) <= _LONGEST:
+        return stem
+    import hashlib  # brings a library of the system, for which all commands would wait
+
+    return f"{whole[:_KEPT].decode(errors='ignore')}-{hashlib.sha256(whole).hexdigest()[:12]}"
 
 
 def unit_stem(name: str, ending: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.bounded_json import json_line, parse_json
+from tumble.foundation.file_names import file_stem
 from tumble.foundation.plain import finite
 from tumble.foundation.results import LimitCheck, Verdict
 from tumble.procedures.turntable.result import GOOD
@@ -87,7 +87,7 @@ class TargetRecord:
 
     def line(self) -> str:
         """Prints it as one line of JSON."""
-        return json.dumps(finite(asdict(self)), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        return json_line(finite(asdict(self)))
 
     @classmethod
     def from_line(cls, line: str | bytes) -> TargetRecord:
@@ -98,9 +98,12 @@ class TargetRecord:
             kept: dict[str, Any] = {name: _frozen(value) for name, value in content.items() if name in known}
             parameters = tuple(RecordedParameter(**each) for each in content["parameters"])
             checks = tuple(_check(each) for each in content["checks"])
-            return cls(**kept | {"parameters": parameters, "checks": checks})
+            found = cls(**kept | {"parameters": parameters, "checks": checks})
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"no record of a target: {error}") from error
+        if found.stem != file_stem(found.stem):
+            raise ValueError(f"no record of a target: {found.stem!r} is no name of a file")
+        return found
 
 
 def _frozen(value: object) -> object:

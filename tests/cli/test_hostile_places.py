@@ -1,0 +1,133 @@
+"""Every place that any command takes may be hostile: one line and exit code 2, or a result, never a hang."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hostile_places import commands, hostile_files, patient, places, without_rights_of_root
+from made_up_calibrations import made_up, save
+from made_up_certificates import project_file
+from repetitions import SOAK
+from tumble.fleet.parts import Outcome, rows, write_parts
+from tumble.fleet.places import FileStore, StoreError
+from tumble.foundation.errors import OutputError
+from tumble.foundation.file_names import file_stem
+from tumble.laboratory.registry import Registry
+from tumble.procedures.turntable.batch import Batch
+from tumble.procedures.turntable.record import TargetRecord
+from tumble.tools.simulate import write_turntable
+from turntable_sessions import simulate, typed
+
+SERVING = (("bench",), ("view",), ("record",), ("simulate", "live"))
+"""Commands that go on until somebody ends them."""
+DRAWN = 120
+SEED = int(os.environ.get("TUMBLE_SEED", "0")) or Random().randrange(1, 10**6)
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """A folder with a log, a result and a registry, for what a command needs besides the hostile place."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
+    Registry.create(tmp_path / "lab.db")
+    (tmp_path / "tumble.toml").write_text(project_file() + 'registry = "lab.db"\n')
+    save(tmp_path / "results", made_up(serial="1", log="1"))
+    assert typed("simulate", "multipose", "-o", "session", "--seed", "1").code == 0
+    yield hostile_files(tmp_path)
+    (tmp_path / "locked").chmod(0o700)
+
+
+def usual(metavar):
+    """A usable value for an argument."""
+    known = {"LOG": "session/multipose.csv", "REFERENCE": "session/multipose.csv", "FOLDER": "results"}
+    return next((value for word, value in known.items() if word in metavar), "results/result_0.yaml")
+
+
+def test_every_command_is_found_by_looking_at_the_command_line():
+    found = {words for words, _ in commands()}
+    assert {("turntable",), ("registry", "init"), ("certificate", "verify"), ("fleet", "run")} <= found
+    assert len(places()) > 150
+
+
+def test_a_hostile_place_is_one_line_for_every_command(workplace):
+    every = [
+        (place, what, path)
+        for place in places()
+        if place.words not in SERVING
+        for what, path in workplace.items()
+    ]
+    bad = []
+    for place, what, path in every if SOAK else Random(SEED).sample(every, DRAWN):
+        words = [*place.words, *map(usual, place.needed), *([place.option] if place.option else []), path]
+        with without_rights_of_root(), patient():
+            done = typed(*words)
+        errors = [line for line in done.err.splitlines() if line.startswith("tumble: error: ")]
+        if done.code not in (0, 2, 3) or (done.code == 2 and len(errors) != 1) or "Traceback" in done.err:
+            bad.append((str(place), what, done.code, done.err))
+    assert bad == [], f"seed {SEED}"
+
+
+@given(st.text(max_size=600))
+def test_a_name_from_any_text_is_one_part_of_a_path(text):
+    stem = file_stem(text)
+    assert Path(stem).name == stem
+    assert stem not in ("", ".", "..")
+    assert not stem.startswith(".")
+    assert len(stem.encode()) <= 255 - len("-attempt-1000.history.html")
+    assert file_stem(stem) == stem
+
+
+def test_names_that_differ_far_behind_have_different_files():
+    assert file_stem("x" * 300 + "1") != file_stem("x" * 300 + "2")
+
+
+@pytest.mark.parametrize("name", ["../x", "parts/../../x", "/x", "parts//x", "."])
+def test_a_store_has_nothing_outside_itself(tmp_path, name):
+    with pytest.raises(StoreError, match="does not lie within"):
+        FileStore(str(tmp_path / "store")).write(name, b"x")
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(st.text(max_size=40))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_day_of_a_manifest_leads_out_of_the_results(tmp_path, text):
+    for day in (text, f"x/../../../../{text}", f"/{text}", f"..{text}"):
+        store = FileStore(str(tmp_path / "results"))
+        (written,) = write_parts(store, [Outcome(bytes(16), "log.csv", day=day)])
+        assert store.read(written) is not None
+        assert [path.name for path in tmp_path.iterdir()] == ["results"]
+        assert [row["day"] for row in rows(store, ["day"])] == [day]
+        (tmp_path / "results" / written).unlink()
+
+
+def test_a_batch_with_a_name_that_is_no_utf_8_is_read_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(3), tmp_path / "session")
+    name = os.fsdecode(b"rob\xe9t.csv")
+    (tmp_path / "session" / "target_1.csv").rename(tmp_path / "session" / name)
+    for attempt in (1, 2):
+        done = typed(
+            "turntable", "session/reference.csv", f"session/{name}", "-o", "results", "--gravity", "9.8"
+        )
+        assert done.code == 0, done.err
+        (last,) = Batch(tmp_path / "results").latest()
+        assert (last.target, last.attempt) == (os.fsdecode(b"rob\xe9t"), attempt)
+
+
+def test_a_line_of_a_batch_names_no_file_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(3), tmp_path / "session")
+    words = ("session/reference.csv", "session/target_1.csv", "-o", "results", "--gravity", "9.8")
+    assert typed("turntable", *words).code == 0
+    path = tmp_path / "results" / "batch.jsonl"
+    line = path.read_text()
+    assert TargetRecord.from_line(line).stem == "target_1"
+    path.write_text(line.replace('"stem":"target_1"', '"stem":"../target_1"'))
+    with pytest.raises(OutputError, match="is no batch of tumble turntable, and is kept"):
+        Batch(tmp_path / "results")
