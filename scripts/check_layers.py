@@ -86,6 +86,7 @@ READING = {"bounded_json", "file_status", "file_reading"}
 DATA = {
     "message",
     *READING,
+    "secrets",
     *("clock", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"),
     "plain",
     *(
@@ -136,7 +137,8 @@ LAYERS: dict[str, set[str]] = {
     "words": set(),
     "clock_skew": set(),
     "body_axes": set(),
-    "errors": {"words"},
+    "secrets": set(),
+    "errors": {"secrets", "words"},
     "folder_lock": {"errors"},
     "file_status": {"errors"},
     "bounded_json": set(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import random
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 
 import psycopg
@@ -13,6 +14,7 @@ import pytest
 from made_up_calibrations import made_up, save
 from repetitions import repetitions
 from tumble.foundation.errors import TumbleError
+from tumble.laboratory.chain import Entry, next_entry
 from tumble.laboratory.registry import Registry
 from turntable_sessions import typed
 
@@ -177,3 +179,88 @@ def test_a_registry_with_a_fault_ends_the_command_with_3(tmp_path):
     done = typed("registry", "verify", "--registry", tmp_path / "lab.db")
     assert done.code == 3
     assert "fault: entry 2" in done.out
+
+
+@pytest.mark.parametrize(
+    ("statement", "fault"),
+    [
+        ("CREATE TABLE extra(n)", "table 'extra': is none of a registry, and can change what is added"),
+        (
+            "CREATE TRIGGER t AFTER INSERT ON entry BEGIN SELECT 1; END",
+            "trigger 't': is none of a registry, and can change what is added",
+        ),
+        (
+            'CREATE VIEW "v\n[31m" AS SELECT 1',
+            r"view 'v\n[31m': is none of a registry, and can change what is added",
+        ),
+        ("DROP INDEX ix_document_entry", "index ix_document_entry: is missing"),
+    ],
+)
+def test_what_a_registry_is_not_made_of_is_found(tmp_path, statement, fault):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up()))
+    with contextlib.closing(sqlite3.connect(tmp_path / "lab.db")) as connection:
+        connection.execute(statement)
+        connection.commit()
+    assert registry.verify().faults == (fault,)
+    done = typed("registry", "verify", "--registry", tmp_path / "lab.db")
+    assert (done.code, done.err) == (3, "")
+    assert fault in done.out
+
+
+def test_an_entry_before_its_predecessor_is_found(tmp_path, monkeypatch):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up()))
+    first, second = _entries(tmp_path / "lab.db")[:2]
+    with contextlib.closing(sqlite3.connect(tmp_path / "lab.db")) as connection:
+        connection.execute("DROP TRIGGER entry_no_update")
+        earlier = next_entry(first, first.date, second.who, second.what, {})
+        row = replace(earlier, date="2001-01-01T00:00:00Z", content=second.content)
+        connection.execute(
+            "UPDATE entry SET date = ?, hash = ? WHERE number = 2", (row.date, row.expected_hash)
+        )
+        connection.commit()
+    faults = registry.verify().faults
+    assert f"entry 2: is of 2001-01-01T00:00:00Z, before the entry before it, of {first.date}" in faults
+
+
+def test_a_clock_that_is_set_back_dates_no_entry_before_another(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795651200")
+    registry = Registry.create(tmp_path / "lab.db")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795000000")
+    registry.add(save(tmp_path / "a", made_up()))
+    dates = [each.date for each in _entries(tmp_path / "lab.db")]
+    assert len(dates) > 1
+    assert dates == sorted(dates)
+    assert registry.verify().intact
+
+
+def _entries(path):
+    with contextlib.closing(sqlite3.connect(path)) as connection:
+        connection.row_factory = sqlite3.Row
+        found = connection.execute("SELECT * FROM entry ORDER BY number").fetchall()
+    return [Entry(**dict(row)) for row in found]
+
+
+def test_one_bit_in_the_schema_is_found_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
+    path = tmp_path / "lab.db"
+    Registry.create(path).add(save(tmp_path / "a", made_up()))
+    with contextlib.closing(sqlite3.connect(path)) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        definitions = [
+            row[0].encode() for row in connection.execute("SELECT sql FROM sqlite_master") if row[0]
+        ]
+    whole = path.read_bytes()
+    drawn = random.Random(5)
+    for _ in range(repetitions(160)):
+        definition = drawn.choice(definitions)
+        place = whole.index(definition) + drawn.randrange(len(definition))
+        changed = bytearray(whole)
+        changed[place] ^= 1 << drawn.randrange(8)
+        path.write_bytes(changed)
+        for rest in path.parent.glob("lab.db-*"):
+            rest.unlink()
+        done = typed("registry", "verify", "--registry", path)
+        assert done.code in (2, 3), f"byte {place}"
+        assert done.err.count("\n") == (done.code == 2), done.err

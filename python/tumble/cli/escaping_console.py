@@ -8,6 +8,7 @@ from typing import IO
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
+from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import printable
 
 
@@ -27,4 +28,4 @@ class EscapingConsole(Console):
             style = segment.style
             # Rich finds links in what is printed beside a bar, and they may be of others.
             plain = style.update_link(None) if style is not None and style.link else style
-            yield Segment(printable(segment.text), plain)
+            yield Segment(printable(without_secrets(segment.text)), plain)

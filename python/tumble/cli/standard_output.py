@@ -15,6 +15,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any
 
 from tumble.foundation.errors import OutputError
+from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import ESCAPED, printable
 
 
@@ -63,7 +64,7 @@ class _Escaped:
 
     def write(self, text: str) -> int:
         """Writes, escaped."""
-        self.drawn.write(printable(text))
+        self.drawn.write(printable(without_secrets(text)))
         return len(text)
 
 

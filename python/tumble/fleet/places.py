@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import glob
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import write_shared
+from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import plain, quoted
-
-_SECRETS = re.compile(
-    r"(?<=//)[^/@\s]+@|(?<!\S)[^/@\s:]+:[^/@\s]+@|(?i:(key|secret|token|password|signature)=)[^&\s]+"
-)
 
 
 class StoreError(TumbleError):
@@ -36,6 +32,10 @@ class FileStore:
             self.files, self.root = fsspec.core.url_to_fs(str(Path(url).absolute()) if self.is_local else url)
         except (ImportError, ValueError) as error:
             raise StoreError(f"{shown(url)}: {shown(str(error))}; give a folder or an s3:// URL") from error
+        except (
+            Exception
+        ) as error:  # a store in a store is opened, by libraries that raise errors of their own
+            raise store_error(url, error) from error
 
     def __str__(self) -> str:
         return shown(self.url)
@@ -148,4 +148,4 @@ def store_error(url: str, error: Exception) -> StoreError:
 
 def shown(text: str) -> str:
     """Returns text with credentials of URLs hidden."""
-    return plain(_SECRETS.sub(lambda found: f"{found[1]}=***" if found[1] else "***@", text))
+    return plain(without_secrets(text))

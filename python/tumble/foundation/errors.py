@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import plain
 
 
@@ -13,10 +14,10 @@ class TumbleError(Exception):
     """
 
     def __init__(self, why: str, about: str = "") -> None:
-        why = plain(why)
-        super().__init__(f"{plain(about)}: {why}" if about else why)
+        why, about = plain(without_secrets(why)), plain(without_secrets(about))
+        super().__init__(f"{about}: {why}" if about else why)
         self.why = why
-        self.about = plain(about)
+        self.about = about
         self.is_told = False
         """True if a live session has reported it as its last event."""
 

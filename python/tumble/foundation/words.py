@@ -38,8 +38,8 @@ def join(names: Sequence[str]) -> str:
 
 
 _LONGEST_QUOTED = 60
-_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069]")
-"""Characters that move the cursor, ring, or turn the direction of writing."""
+_CONTROL = re.compile(f"[\t\n]|{_OBEYED.pattern}")
+"""The same with those that begin a line or a column."""
 
 
 def plain(text: str) -> str:

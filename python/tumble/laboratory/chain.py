@@ -48,8 +48,9 @@ class Entry:
 
 
 def next_entry(last: Entry | None, date: str, who: str, what: str, rows: TableRows) -> Entry:
-    """Return the entry that adds rows behind the last one."""
+    """Return the entry that adds rows behind the last one, and is of no earlier date whatever clocks show."""
     number, previous = (1, FIRST) if last is None else (last.number + 1, last.hash)
+    date = date if last is None else max(date, last.date)
     content = content_hash(rows)
     digest = sha256_of_json([number, date, who, what, content, previous])
     return Entry(number, date, who, what, content, previous, digest)

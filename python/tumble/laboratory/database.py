@@ -24,6 +24,8 @@ _CONNECTING = 10
 """s to wait for a server."""
 _LOCK = 0x74756D626C65
 """Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
+_DAMAGED = ("not a database", "malformed", "corrupt", "can't decode")
+"""Words of errors of SQLite that mean a damaged file."""
 HEAD = "1"
 """Version of the tables that this version of Tumble reads and writes."""
 
@@ -69,7 +71,8 @@ class Database:
                     if writes and not self.is_sqlite:
                         connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": _LOCK})
                     yield connection
-        except (SQLAlchemyError, sqlite3.Error) as error:
+        except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError) as error:
+            # SQLite repeats bytes of a damaged schema in messages that its driver cannot decode.
             raise self._in_one_line(error) from None
 
     def version(self, connection: Connection) -> str | None:
@@ -133,7 +136,7 @@ class Database:
             remedy = "is locked by another program; wait until that has ended, and try again"
         elif "unable to open" in low:
             remedy = "cannot be opened; check the path and its permissions, or type tumble registry init"
-        elif self.is_sqlite and any(word in low for word in ("not a database", "malformed", "corrupt")):
+        elif self.is_sqlite and any(word in low for word in _DAMAGED):
             remedy = f"is damaged, or is not a registry ({why}); restore it from a backup"
         elif self.is_sqlite:
             remedy = f"cannot be used: {why}; check it with tumble registry verify"

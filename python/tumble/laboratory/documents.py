@@ -93,4 +93,6 @@ def _opened(place: str) -> tuple[Any, str]:
     except (ImportError, ValueError) as error:
         scheme = place.partition("://")[0]
         raise RegistryError(f"documents at {scheme}://: {' '.join(str(error).split())}") from error
+    except Exception as error:  # a store in a store is opened, by libraries that raise errors of their own
+        raise RegistryError(f"documents at {place}: {' '.join(str(error).split())}") from error
     return files, str(root)

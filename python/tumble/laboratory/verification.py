@@ -6,22 +6,28 @@ import sqlite3
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import groupby
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from sqlalchemy import Connection, func, select, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.words import count_of
+from tumble.foundation.files import make_file
+from tumble.foundation.words import count_of, plain, quoted
 from tumble.laboratory import tables
+from tumble.laboratory.address import RegistryAddress
 from tumble.laboratory.chain import FIRST, Entry, Record, content_hash
+from tumble.laboratory.database import Database
 from tumble.laboratory.registry import Registry
 
 MOST_FAULTS = 100
 """Faults after which the search ends."""
 _TRIGGERS = {
     "sqlite": "SELECT name FROM sqlite_master WHERE type = 'trigger'",
-    "postgresql": "SELECT tgname FROM pg_trigger WHERE tgenabled <> 'D' AND NOT tgisinternal",
+    "postgresql": "SELECT tgname FROM pg_trigger JOIN pg_class ON pg_class.oid = tgrelid "
+    "WHERE tgenabled <> 'D' AND NOT tgisinternal AND relnamespace = current_schema()::regnamespace",
 }
 
 
@@ -75,7 +81,8 @@ class _Search:
             driver: Any = connection.connection.driver_connection
             driver.text_factory = _lenient
             self.faults += _sqlite_faults(connection)
-        self.faults += _missing_triggers(connection)
+            self.faults += _schema_faults(connection)
+        self.faults += _trigger_faults(connection)
         self.faults += self._chain_faults(connection)
         self.faults += self._document_faults(connection)
 
@@ -83,7 +90,7 @@ class _Search:
         """Hold each entry against its rows, its own hash and the entry before."""
         rows = {table.name: _by_entry(connection, table) for table in tables.OF_ENTRIES}
         waiting = {name: next(found, None) for name, found in rows.items()}
-        met = self._head in ("", FIRST)
+        met, date = self._head in ("", FIRST), ""
         for row in connection.execute(select(tables.entry).order_by(tables.entry.c.number)).mappings():
             entry = Entry(**row)
             self.entries += 1
@@ -106,7 +113,9 @@ class _Search:
                 yield f"entry {entry.number}: was changed: its hash is not that of its content"
             if entry.previous != self.last:
                 yield f"entry {entry.number}: does not follow the entry before it"
-            self.last = entry.hash
+            if entry.date < date:
+                yield f"entry {entry.number}: is of {entry.date}, before the entry before it, of {date}"
+            self.last, date = entry.hash, entry.date
             met = met or entry.hash == self._head
             if len(self.faults) > MOST_FAULTS:
                 return
@@ -155,13 +164,44 @@ def _sqlite_faults(connection: Connection) -> Iterator[str]:
         yield f"the file is damaged: {' '.join(str(getattr(error, 'orig', error)).split())}"
 
 
-def _missing_triggers(connection: Connection) -> Iterator[str]:
+def _schema_faults(connection: Connection) -> Iterator[str]:
+    """Hold tables, indices and triggers against those of a new registry; others can change what is added."""
+    with TemporaryDirectory() as folder:
+        new = Database(RegistryAddress(Path(folder) / "new.db"))
+        make_file(Path(folder) / "new.db")
+        new.upgrade()
+        with new.reading() as made:
+            expected = _schema(made)
+    found = _schema(connection)
+    for name in sorted(expected.keys() | found.keys()):
+        if name not in expected:
+            yield f"{plain(name[0])} {quoted(name[1])}: is none of a registry, and can change what is added"
+        elif name not in found and name[0] != "trigger":
+            yield f"{name[0]} {name[1]}: is missing"
+        elif name in found and found[name] != expected[name]:
+            yield f"{name[0]} {name[1]}: was changed: it is not as a registry is made"
+
+
+def _schema(connection: Connection) -> dict[tuple[str, str], tuple[object, ...]]:
+    """Return table, definition and whether it has pages, of each object by kind and name; no statistics."""
+    chosen = text(
+        "SELECT type, name, tbl_name, sql, rootpage <> 0 FROM sqlite_master "
+        "WHERE name NOT LIKE 'sqlite!_stat%' ESCAPE '!'"
+    )
+    return {(str(kind), str(name)): tuple(rest) for kind, name, *rest in connection.execute(chosen)}
+
+
+def _trigger_faults(connection: Connection) -> Iterator[str]:
     names = set(connection.execute(text(_TRIGGERS[connection.dialect.name])).scalars())
     endings = ("no_update", "no_delete") if connection.dialect.name == "sqlite" else ("unchanged",)
     for table in (tables.entry, *tables.OF_ENTRIES):
         for ending in endings:
             if f"{table.name}_{ending}" not in names:
                 yield f"{table.name}: the trigger {table.name}_{ending} that refuses changes is missing"
+            names.discard(f"{table.name}_{ending}")
+    if connection.dialect.name != "sqlite":
+        for name in sorted(names):
+            yield f"trigger {quoted(name)}: is none of a registry, and can change what is added"
 
 
 def _lenient(content: bytes) -> str:

@@ -1,0 +1,39 @@
+"""Secrets in text: passwords and tokens of addresses, hidden wherever text is shown."""
+
+from __future__ import annotations
+
+import re
+
+HIDDEN = "***"
+_ADDRESS = re.compile(r"[a-zA-Z][\w+.-]*://\S*")
+"""An address, with those that `::` chains to it."""
+_CHAINED = re.compile(r"::(?=[a-zA-Z][\w+.-]*://)")
+_BUCKETS = ("s3", "s3a", "gs", "gcs", "file", "local", "memory")
+"""Schemes in which an `@` behind a slash belongs to the name of a file."""
+_QUERY = re.compile(r"(?i)([?&#;][\w.-]*(?:sig|key|secret|token|pass|pwd|cred|auth)[\w.-]*=)[^&#\s]+")
+_STATED = re.compile(r"(?i)\b((?:secret|token|password|signature|sig)=)(?!\*)[^&\s]+")
+_BARE = re.compile(r"(?<!\S)[^/@\s:]+:[^/@\s]+@")
+"""User and password without a scheme, as messages of libraries repeat them."""
+
+
+def without_secrets(text: str) -> str:
+    """Returns text in which users, passwords and signatures of addresses are hidden, whatever the scheme."""
+    if "@" in text:
+        text = _BARE.sub(f"{HIDDEN}@", _ADDRESS.sub(lambda found: _without_users(found[0]), text))
+    if "=" in text:
+        text = _STATED.sub(rf"\1{HIDDEN}", _QUERY.sub(rf"\1{HIDDEN}", text))
+    return text
+
+
+def _without_users(address: str) -> str:
+    return "::".join(map(_without_user, _CHAINED.split(address)))
+
+
+def _without_user(address: str) -> str:
+    """Hides what stands before the last `@`, as a password may hold slashes."""
+    scheme, slashes, rest = address.partition("://")
+    user, sign, place = rest.rpartition("@")
+    is_name = scheme in _BUCKETS and "/" in user and ":" not in user.partition("/")[0]
+    if not sign or is_name or user.endswith(HIDDEN):
+        return address
+    return f"{scheme}{slashes}{HIDDEN}@{place}"

@@ -1,0 +1,82 @@
+"""Secrets of addresses are shown nowhere, whatever the scheme, and names from outside stay on their line."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tumble.cli.standard_output import checked_output
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.secrets import HIDDEN, without_secrets
+from turntable_sessions import typed
+
+ADDRESSES = (
+    "https://u:{}@host/a.csv",
+    "https://{}@host/a.csv",
+    "zip://x.csv::https://u:{}@host/a.zip",
+    "simplecache::zip://*.csv::s3://key:{}@bucket/x",
+    "postgresql://ann:{}@server/lab",
+    "postgresql://server/lab?user=ann&password={}",
+    "https://host/a?X-Amz-Signature={}&y=2",
+    "https://host/a?sv=1&sig={}",
+    "abfs://container@account/x?sas_token={}",
+    "http://127.0.0.1:8080/?token={}",
+    "ann:{}@host",
+)
+_secrets = st.text("abcXYZ019%:+-_.!$*(),/", min_size=6, max_size=20).map(lambda text: f"S{text}T")
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+@given(secret=_secrets)
+def test_a_secret_is_shown_by_no_error_and_no_line(address, secret):
+    if address.startswith("ann") and "/" in secret:
+        secret = secret.replace("/", "")
+    text = f"x: {address.format(secret)}: cannot be reached"
+    shown = io.StringIO()
+    with contextlib.redirect_stdout(shown), checked_output():
+        print(text)
+    for each in (
+        without_secrets(text),
+        str(TumbleError(text)),
+        str(TumbleError("why", text)),
+        shown.getvalue(),
+    ):
+        assert secret not in each
+        assert HIDDEN in each
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "s3://bucket/a@b/c.csv",
+        "see https://ptb.de/dcc, or write to ann@example.org",
+        "--set key=value: no such setting",
+        "postgresql://ann:***@server/lab?sslmode=require",
+        "udp://:9000 and ros2:///imu",
+    ],
+)
+def test_other_text_is_shown_as_it_is(text):
+    assert without_secrets(text) == text
+
+
+@pytest.mark.parametrize("command", ["run", "status"])
+def test_a_fleet_shows_no_password_of_its_job(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    for number, address in enumerate(ADDRESSES[:3]):
+        place = address.format("pa/SECRET").replace("https", "http").replace("@host", "@127.0.0.1:9")
+        job = f"schema: tumble-fleet-job/1\nprocedure: noise\ninputs: '{place}'\nresults: '{place}'\n"
+        (tmp_path / f"{number}.yaml").write_text(job)
+        done = typed("fleet", command, f"{number}.yaml")
+        assert done.code == 2
+        assert "SECRET" not in done.out + done.err
+
+
+@given(st.text(max_size=30))
+def test_an_error_is_one_line_whatever_names_it_holds(text):
+    shown = str(TumbleError(f"topic {text} holds no messages", about=text))
+    assert len(shown.splitlines()) == 1
+    assert not set(shown) & {*map(chr, range(32)), *"\x7f\u061c\u200e\u200f\u202e\u2066\u2028"}
