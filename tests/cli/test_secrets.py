@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tumble.bench.server_log import LOGGERS, hide_secrets_in_logs
 from tumble.cli.standard_output import checked_output
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.secrets import HIDDEN, without_secrets
@@ -80,3 +82,13 @@ def test_an_error_is_one_line_whatever_names_it_holds(text):
     shown = str(TumbleError(f"topic {text} holds no messages", about=text))
     assert len(shown.splitlines()) == 1
     assert not set(shown) & {*map(chr, range(32)), *"\x7f\u061c\u200e\u200f\u202e\u2066\u2028"}
+
+
+def test_a_page_that_is_not_found_is_logged_without_its_token(caplog):
+    hide_secrets_in_logs()
+    hide_secrets_in_logs()
+    for name in LOGGERS:
+        with caplog.at_level("WARNING", logger=name):
+            logging.getLogger(name).warning("%s not found", "http://bench:8080/x?token=SECRET")
+    assert len(caplog.messages) == len(LOGGERS)
+    assert "SECRET" not in caplog.text

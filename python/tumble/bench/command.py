@@ -13,6 +13,7 @@ import typer
 from tumble.cli.registry_option import RegistryOption
 from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption, MakerOptions, RateOption
+from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.logs.optional import install_command
@@ -101,6 +102,7 @@ def bench_command(
     with _simulation(folder, speed, rate) if simulated else nullcontext(None) as simulation:
         bench: Bench = bench_module.Bench(settings, simulation)
         try:
+            _needed("server_log").hide_secrets_in_logs()
             served = server.BenchServer(bench)
             served.serve_until_ended(lambda: _show_address(bench, served.port, as_json))
         finally:
@@ -130,14 +132,16 @@ def _show_address(bench: Bench, port: int, as_json: bool) -> None:
     from tumble.bench.qr import qr_code
 
     found = entrances(bench.settings, bench.access, port)
-    if as_json:
-        print_event("serving", {"folder": str(bench.folder), **found})
-        return
-    print(f"Bench: {found['operator']}")
-    if not bench.settings.is_local:
-        print(f"For viewers: {found['viewer']}")
-        print(qr_code(found["operator"]))
-        if bench.settings.certificate is None:
-            print("tumble: warning: without --certificate the network can read along", file=sys.stderr)
+    # Here alone tokens are to be read: whoever sees the terminal operates.
+    with drawing():
+        if as_json:
+            print_event("serving", {"folder": str(bench.folder), **found})
+            return
+        print(f"Bench: {found['operator']}")
+        if not bench.settings.is_local:
+            print(f"For viewers: {found['viewer']}")
+            print(qr_code(found["operator"]))
+    if not bench.settings.is_local and bench.settings.certificate is None:
+        print("tumble: warning: without --certificate the network can read along", file=sys.stderr)
     print(f"Runs are in {bench.folder}. Ctrl-C ends it.")
     sys.stdout.flush()
