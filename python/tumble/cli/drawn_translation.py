@@ -9,11 +9,23 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.foundation.translation import ENGLISH, language, translated
+from tumble.foundation.words import plain
 
 
 def translated_drawing(drawing: RenderableType) -> RenderableType:
     """Returns a drawing in the language of the context; what is no text, group or table stays as it is."""
     return drawing if language() == ENGLISH else _translated(drawing)
+
+
+def with_plain_cells(drawing: RenderableType) -> RenderableType:
+    """Returns a drawing in which a cell of text is one line: a name from outside begins no other."""
+    match drawing:
+        case Group():
+            return Group(*map(with_plain_cells, drawing.renderables))
+        case Table():
+            for column in drawing.columns:
+                column._cells = [plain(cell) if isinstance(cell, str) else cell for cell in column.cells]
+    return drawing
 
 
 def _translated(drawing: RenderableType) -> RenderableType:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Callable, Iterable
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import typer
 
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.options import OptionsAround
+from tumble.cli.screen import print_line
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.files import files_written
@@ -82,10 +82,10 @@ def warn_of_names(added: Iterable[Any]) -> None:
     """Warn of new results whose units state no serial: units of one name would be taken for one."""
     names = dict.fromkeys(each.name for each in added if each.is_new and not each.serial)
     if names:
-        print(
+        print_line(
             f"tumble: warning: {', '.join(names)}: no serial is stated, so that all units of this name "
             "are one; give --serial",
-            file=sys.stderr,
+            is_message=True,
         )
 
 
@@ -99,15 +99,15 @@ def _entered(address: str) -> bool:
         added = laboratory("entering").enter_written(address, written, stated)
     except TumbleError as error:
         folders = dict.fromkeys(shlex.quote(str(path.parent)) for path in written if path.suffix == ".yaml")
-        print(
+        print_line(
             f"tumble: not in the registry: {error}; the results are written: type tumble registry add "
             f"{' '.join(folders)}",
-            file=sys.stderr,
+            is_message=True,
         )
         return False
     warn_of_names(added)
     new = sum(each.is_new for each in added)
     known = f", {len(added) - new} there already" if new < len(added) else ""
     if added:
-        print(f"tumble: {count_of('result', new)} added to the registry{known}", file=sys.stderr)
+        print_line(f"tumble: {count_of('result', new)} added to the registry{known}", is_message=True)
     return True

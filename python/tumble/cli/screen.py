@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from tumble.cli.standard_output import drawn
+from tumble.foundation.words import plain
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -38,11 +39,16 @@ def print_json_line(content: Mapping[str, object]) -> None:
     print(json.dumps(finite(content), allow_nan=False), flush=True)
 
 
+def print_line(text: str, *, is_message: bool = False) -> None:
+    """Prints one line, on standard error where it is a message: a name from outside begins no other."""
+    print(plain(text), file=sys.stderr if is_message else sys.stdout)
+
+
 def print_summary(summary: RenderableType) -> None:
     """Prints what is drawn with rich, as wide as the terminal, in the language of the context."""
-    from tumble.cli.drawn_translation import translated_drawing
+    from tumble.cli.drawn_translation import translated_drawing, with_plain_cells
 
-    result_console().print(translated_drawing(summary))
+    result_console().print(translated_drawing(with_plain_cells(summary)))
 
 
 def result_console() -> Console:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
@@ -13,7 +12,7 @@ from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
-from tumble.cli.screen import LISTED, print_document, print_summary
+from tumble.cli.screen import LISTED, print_document, print_line, print_summary
 from tumble.cli.shared_options import JsonOption, LanguageOption, OperatorOption
 from tumble.foundation.errors import CommandError
 from tumble.foundation.translation import translated
@@ -82,7 +81,7 @@ def init_command(
     made = laboratory_room("registry").Registry.create(
         address or _stated(registry), laboratory=laboratory, documents=documents
     )
-    print(f"Registry {made.address} is ready; its documents are in {made.documents.place}")
+    print_line(f"Registry {made.address} is ready; its documents are in {made.documents.place}")
 
 
 @registry_app.command("add", cls=AbbreviatingCommand)
@@ -132,11 +131,11 @@ def add_command(
         return
     for each in added:
         state = "added" if each.is_new else "there already"
-        print(
+        print_line(
             f"{_short(each.identity)}  {each.name}{f', serial {each.serial}' if each.serial else ''}: {state}"
         )
     if not added:
-        print("no results of procedures there", file=sys.stderr)
+        print_line("no results of procedures there", is_message=True)
 
 
 @registry_app.command("list", cls=AbbreviatingCommand)
@@ -189,13 +188,13 @@ def show_command(
         _print("show", LISTED, shown_content(found))
     else:
         for line in shown_lines(found):
-            print(line)
+            print_line(line)
         print_summary(_table(("parameter", "value", "U (k = 2)", "of the reference"), shown_rows(found)))
     if output is not None:
         from tumble.laboratory.export import write_documents
 
         for path in write_documents(opened, found, output):
-            print(f"Written: {path}", file=sys.stderr)
+            print_line(f"Written: {path}", is_message=True)
 
 
 @registry_app.command("history", cls=AbbreviatingCommand)
@@ -237,7 +236,7 @@ def history_command(
     else:
         print_summary(_table(DRIFT_COLUMNS, drift_rows(history)))
         for sentence in signal_sentences(history):
-            print(translated(f"control chart: {sentence}"))
+            print_line(translated(f"control chart: {sentence}"))
     if output is not None:
         from tumble.foundation.file_names import file_stem
         from tumble.foundation.files import prepare_folder
@@ -245,7 +244,7 @@ def history_command(
 
         path = prepare_folder(output) / f"{file_stem(str(history.unit['name']))}.history.html"
         HISTORY_REPORT.write(history, path)
-        print(translated(f"Report: {path}"), file=sys.stderr)
+        print_line(translated(f"Report: {path}"), is_message=True)
 
 
 @registry_app.command("due", cls=AbbreviatingCommand)
@@ -284,7 +283,7 @@ def due_command(
         _print("due", "due" if is_due else "not due", {"units": rows})
     else:
         for each in found:
-            print(f"{each.unit['serial'] or each.unit['name']}: {due_sentence(each)}")
+            print_line(f"{each.unit['serial'] or each.unit['name']}: {due_sentence(each)}")
     if is_due:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
@@ -313,11 +312,11 @@ def verify_command(
         _print("verify", "intact" if found.intact else "damaged", {"verification": found.content()})
     else:
         for fault in found.faults:
-            print(f"fault: {fault}")
+            print_line(f"fault: {fault}")
         state = "intact" if found.intact else count_of("fault", len(found.faults))
         entries = f"{found.entries} {'entry' if found.entries == 1 else 'entries'}"
-        print(f"{entries}, {count_of('document', found.documents)}: {state}")
-        print(f"Last entry: {found.head}")
+        print_line(f"{entries}, {count_of('document', found.documents)}: {state}")
+        print_line(f"Last entry: {found.head}")
     if not found.intact:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
@@ -337,7 +336,7 @@ def export_command(
     from tumble.foundation.words import count_of
 
     rows = _open(registry).export(path, serial=serial, model=model or None, lot=lot or None)
-    print(f"{path}: {count_of('row', rows)}")
+    print_line(f"{path}: {count_of('row', rows)}")
 
 
 @registry_app.command("backup", cls=AbbreviatingCommand)
@@ -352,8 +351,8 @@ def backup_command(
     The copy is a registry in a file, registry.db.
     """
     found = _open(registry).backup(folder)
-    print(f"{folder}/registry.db: {found.entries} entries, {found.documents} documents, intact")
-    print(f"Last entry: {found.head}")
+    print_line(f"{folder}/registry.db: {found.entries} entries, {found.documents} documents, intact")
+    print_line(f"Last entry: {found.head}")
 
 
 @registry_app.command("equipment", cls=AbbreviatingCommand)
@@ -401,7 +400,7 @@ def equipment_command(
             "certificate": certificate, "due": due, "uncertainty": uncertainty, "state": state,
         }  # fmt: skip
         equipment.add(opened, name, {key: text for key, text in stated.items() if text}, document, operator)
-        print(f"{name}: entered")
+        print_line(f"{name}: entered")
         return
     found = equipment.listed(opened)
     if as_json:
@@ -411,7 +410,7 @@ def equipment_command(
         print_summary(_table(columns, [tuple(str(row[column]) for column in columns) for row in found]))
     late = [str(row["name"]) for row in found if row["overdue"]]
     for each in late:
-        print(f"tumble: warning: {each} is past its date", file=sys.stderr)
+        print_line(f"tumble: warning: {each} is past its date", is_message=True)
     if late:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 

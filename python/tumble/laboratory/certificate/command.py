@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -16,7 +15,7 @@ from tumble.cli.options import expanded
 from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption
 from tumble.cli.registry_option import laboratory as laboratory_room
-from tumble.cli.screen import LISTED, print_document, print_summary
+from tumble.cli.screen import LISTED, print_document, print_line, print_summary
 from tumble.cli.shared_options import JsonOption, OperatorOption
 from tumble.foundation.errors import CommandError
 from tumble.foundation.file_reading import own_text
@@ -137,7 +136,7 @@ def issue_command(
         issued = issue_all(opened, drafts, pattern, layout, operator or statement.authorised_by)
         if len(drafts) < given:
             held = count_of("unit", given - len(drafts))
-            print(f"tumble: {held} with a certificate that holds: left out", file=sys.stderr)
+            print_line(f"tumble: {held} with a certificate that holds: left out", is_message=True)
     _print_issued(issued, drafts, folder, layout, as_json)
 
 
@@ -162,7 +161,7 @@ def _print_issued(
         _print("issued", {"certificates": rows})
         return
     for row in rows:
-        print(f"{row['number']}: serial {row['serial']}, {row['pdf']}, {row['xml']}")
+        print_line(f"{row['number']}: serial {row['serial']}, {row['pdf']}, {row['xml']}")
 
 
 @certificate_app.command("list", cls=AbbreviatingCommand)
@@ -208,16 +207,16 @@ def show_command(
     if as_json:
         _print(LISTED, {"certificates": [row]})
     else:
-        print(f"Certificate {row['number']}")
+        print_line(f"Certificate {row['number']}")
         for name in ("state", "issued", "withdrawn", "reason", "results", "pdf", "xml", "entry"):
             if row[name]:
-                print(f"  {name}: {', '.join(row[name]) if name == 'results' else row[name]}")
+                print_line(f"  {name}: {', '.join(row[name]) if name == 'results' else row[name]}")
     if output is not None:
         from tumble.foundation.files import prepare_folder
         from tumble.laboratory.certificate.issue import write
 
         for path in write(documents_of(opened, number), prepare_folder(output)):
-            print(f"Written: {path}", file=sys.stderr)
+            print_line(f"Written: {path}", is_message=True)
 
 
 @certificate_app.command("withdraw", cls=AbbreviatingCommand)
@@ -237,7 +236,7 @@ def withdraw_command(
     from tumble.laboratory.certificate.record import withdraw
 
     withdraw(opened, number, why, operator)
-    print(f"{number}: withdrawn")
+    print_line(f"{number}: withdrawn")
 
 
 @certificate_app.command("key", cls=AbbreviatingCommand)
@@ -254,8 +253,8 @@ def key_command(
     if not laboratory:
         raise CommandError("no certificate of a key without a name; give --laboratory NAME")
     public = laboratory_room("certificate.signing_key").make_key(path, laboratory)
-    print(f"{path}: private key, keep it to yourself")
-    print(f"{public}: give it to customers, who verify with --signer {public.name}")
+    print_line(f"{path}: private key, keep it to yourself")
+    print_line(f"{public}: give it to customers, who verify with --signer {public.name}")
 
 
 @certificate_app.command("sign", cls=AbbreviatingCommand)
@@ -298,7 +297,7 @@ def sign_command(
         rows = [{"number": made.number, "pdf": str(pdf), "xml": str(xml), "signed": True}]
         _print("signed", {"certificates": rows})
     else:
-        print(f"{made.number}: {'signed' if made != found else 'was signed before'}, {pdf}, {xml}")
+        print_line(f"{made.number}: {'signed' if made != found else 'was signed before'}, {pdf}, {xml}")
 
 
 @certificate_app.command("verify", cls=AbbreviatingCommand)
@@ -336,7 +335,7 @@ def verify_command(
         _print(verdict, {"checks": [each.content() for each in checks]})
     else:
         for each in checks:
-            print(each.sentence)
+            print_line(each.sentence)
     if not all(each.holds for each in checks):
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 

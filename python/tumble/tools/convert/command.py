@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -10,7 +9,7 @@ import typer
 
 from tumble.cli.output import OutputFile, folder_named_after
 from tumble.cli.read_options import ReadingOptions
-from tumble.cli.screen import print_document
+from tumble.cli.screen import print_document, print_line
 from tumble.cli.shared_options import JsonOption, format_option
 from tumble.foundation.errors import CommandError
 from tumble.foundation.log_formats import stem_of
@@ -60,10 +59,10 @@ def convert_command(
         print_document(CONVERSION, "written", done.content())
         return
     for line in done.lines():
-        print(line)
+        print_line(line)
     for each in done.imus:
         for remark in each.remarks:
-            print(f"tumble: {each.imu + ': ' if each.imu else ''}{remark}", file=sys.stderr)
+            print_line(f"tumble: {each.imu + ': ' if each.imu else ''}{remark}", is_message=True)
 
 
 def _output(log: str, format_name: str | None) -> Path:

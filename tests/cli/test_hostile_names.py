@@ -1,0 +1,68 @@
+"""Names from outside are shown escaped, the same way in all commands: none begins a line of its own."""
+
+from __future__ import annotations
+
+import json
+import unicodedata
+
+import pytest
+
+from made_up_calibrations import made_up, save
+from made_up_certificates import options, with_covariance
+from tumble.foundation.words import plain, printable
+from tumble.laboratory.registry import Registry
+from turntable_sessions import typed
+
+NAME = "a\nforged: all is well\u202e\x1b[31m\u061c\u2028\tb"
+R = ("--registry", "lab.db")
+COMMANDS = (
+    ("registry", "add", "a", "--model", NAME, "--lot", NAME, "--manufacturer", NAME, *R),
+    ("registry", "list", *R),
+    ("registry", "show", NAME, *R),
+    ("registry", "history", NAME, *R),
+    ("registry", "due", NAME, *R),
+    ("registry", "equipment", NAME, "--serial", NAME, "--kind", "reference", *R),
+    ("registry", "equipment", *R),
+    ("registry", "export", "x.csv", *R),
+    ("certificate", "issue", "a", *options(), *R),
+    ("certificate", "list", *R),
+    ("certificate", "show", "IMU-2026-0001", *R),
+    ("certificate", "withdraw", "IMU-2026-0001", "--why", NAME, *R),
+    ("certificate", "list", *R),
+    ("inspect", NAME),
+    ("compare", "a/result_0.yaml", "a/result_0.yaml"),
+)
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """A registry, and a result of a unit whose serial and operator are hostile."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795651200")  # 2026-11-26
+    Registry.create(tmp_path / "lab.db")
+    save(tmp_path / "a", with_covariance(made_up(serial=NAME, log="x", operator=NAME)))
+
+
+def test_no_name_begins_a_line_or_steers_a_terminal(workplace):
+    bad = []
+    for words in COMMANDS:
+        done = typed(*words)
+        assert done.code in (0, 2, 3), done
+        for line in (done.out + done.err).split("\n"):
+            if line.lstrip().startswith("forged") or printable(line) != line:
+                bad.append((words[:2], line))
+    assert bad == []
+
+
+def test_json_keeps_a_name_as_it_is(workplace):
+    assert typed(*COMMANDS[0]).code == 0
+    (row,) = json.loads(typed("registry", "list", "--json", *R).out)["results"]
+    assert row["serial"] == NAME
+
+
+def test_what_is_plain_has_no_control_character():
+    every = "".join(map(chr, range(0x2070)))
+    assert plain(plain(every)) == plain(every)
+    assert "Cc" not in map(unicodedata.category, plain(every))
+    assert plain("\t\n") == r"\t\n"
