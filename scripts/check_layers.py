@@ -102,6 +102,7 @@ DATA = {
     ),
     *(
         "folder_lock",
+        "ending",
         "body_axes",
         "log_time",
         "magnetic",
@@ -120,6 +121,7 @@ DATA = {
 
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
+    "ending": set(),
     "log_time": set(),
     "procedures": set(),
     "services": {"recording", "results", "units"},

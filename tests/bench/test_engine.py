@@ -201,11 +201,13 @@ def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
         assert [bench.take_serial(text) for text in ("A", "B", "C")] == ["one", "two", ""]
         with pytest.raises(TumbleError, match="scanned already"):
             bench.take_serial("A")
-        bench.choice.options["limits"] = "../limits.yaml"
+        bench.answer("limits", "../limits.yaml")
         with pytest.raises(TumbleError, match="no such file"):
             bench.start()
-        bench.choice.table.address, bench.choice.table.armed = "simulated:two-axis", True
-        bench._keep()
+        bench.answer("limits", "")
+        bench.change_table(address="simulated:two-axis")
+        bench.arm()
+        assert bench.is_armed
     finally:
         bench.close()
     again = Bench(BenchSettings(folder=tmp_path))
@@ -216,7 +218,7 @@ def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
             ("two", "B", "target"),
         ]
         assert again.choice.table.address == "simulated:two-axis"
-        assert not again.choice.table.armed
+        assert not again.is_armed
         assert [state.condition for state in map(again.sources.state, ("one", "two"))] == [
             "waiting",
             "waiting",

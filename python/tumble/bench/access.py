@@ -14,14 +14,14 @@ BROWSER_GONE = 2.0
 HOLDS_FOR = 30.0
 """s without a sign of life, after which another may take the bench without asking."""
 MOST_BROWSERS = 1000
-"""Browsers that are known at once; of more, those that were seen longest ago are forgotten."""
+"""Browsers that are known at once; of more, those that gave no sign of life are forgotten first."""
 COOKIE = "tumble_bench"
 
 Rank: TypeAlias = Literal["operator", "viewer"]
 """Right of a browser: to hold the bench, or only to look."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Browser:
     """One browser that has entered, known by its cookie."""
 
@@ -32,6 +32,8 @@ class Browser:
     """From 1 on, by which people name it."""
     seen: float = field(default_factory=clock.now)
     """s of its last sign of life."""
+    has_lived: bool = False
+    """Indicates whether it ever gave one after it entered."""
 
 
 class Access:
@@ -48,6 +50,8 @@ class Access:
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who only look."""
         self._browsers: dict[str, Browser] = {}
+        self.tenures = 0
+        """Number of times that the bench has changed hands."""
         self._operator = ""
         self._asks = ""
         self._lock = threading.Lock()
@@ -74,10 +78,10 @@ class Access:
         browser = self._browsers.get(key)
         if browser is None:
             return
-        browser.seen = clock.now()
+        browser.seen, browser.has_lived = clock.now(), True
         with self._lock:
             if browser.rank == "operator" and self.silent > HOLDS_FOR:
-                self._operator = key
+                self._hand_to(key)
 
     def operates(self, key: str) -> bool:
         """Returns whether a browser holds the bench."""
@@ -106,22 +110,27 @@ class Access:
             return False
         with self._lock:
             if self.silent > HOLDS_FOR:
-                self._operator, self._asks = key, ""
+                self._hand_to(key)
                 return True
             self._asks = key
         return False
 
-    def hand_over(self, key: str) -> None:
-        """Gives the bench to the browser that asks; `key` is that of the operator."""
+    def hand_over(self, key: str, number: int) -> None:
+        """Gives the bench to the browser of this number, if it asks; `key` is that of the operator."""
         with self._lock:
-            if self.operates(key) and self._asks in self._browsers:
-                self._operator, self._asks = self._asks, ""
+            asking = self.asking
+            if self.operates(key) and asking is not None and asking.number == number:
+                self._hand_to(self._asks)
 
     def keep(self, key: str) -> None:
         """Turns down the browser that asks; `key` is that of the operator."""
         with self._lock:
             if self.operates(key):
                 self._asks = ""
+
+    def _hand_to(self, key: str) -> None:
+        self._operator, self._asks = key, ""
+        self.tenures += 1
 
     def _rank(self, token: str) -> Rank | None:
         if not self.token:
@@ -133,4 +142,6 @@ class Access:
     def _forget(self) -> None:
         while len(self._browsers) > MOST_BROWSERS:
             others = (each for each in self._browsers.values() if each.key != self._operator)
-            del self._browsers[min(others, key=lambda each: each.seen).key]
+            # Whoever enters again and again must not crowd out those that are there.
+            least = min(others, key=lambda each: (each.has_lived, each.rank == "operator", each.seen))
+            del self._browsers[least.key]

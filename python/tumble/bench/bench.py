@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from tumble.bench.access import BROWSER_GONE, Access
+from tumble.bench.authority import Shared, as_bench, query
 from tumble.bench.engine import Engine
 from tumble.bench.fleet_view import FleetView
 from tumble.bench.log.open_logs import OpenLogs
@@ -44,34 +47,48 @@ BETWEEN_LOOKS = 0.1
 _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
-@dataclass(slots=True)
+NO_ANSWERS: Mapping[str, FieldValue] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
 class TableChoice:
     """Table that the operator chose."""
 
     address: str = ""
     """Empty for a table that is turned by hand."""
     limits: str = ""
-    armed: bool = False
-    """Indicates whether it may move; it is disarmed after each run and never read from a file."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class RunChoice:
     """Kind of run that is prepared, and the answers to its questions."""
 
     word: str
-    options: dict[str, FieldValue] = field(default_factory=dict)
-    table: TableChoice = field(default_factory=TableChoice)
+    options: Mapping[str, FieldValue] = field(default_factory=lambda: NO_ANSWERS)
+    table: TableChoice = TableChoice()
     operator: str = ""
     station: str = ""
 
 
-class Bench:
+@dataclass(frozen=True, slots=True)
+class ArmedMotion:
+    """Motion that the table was armed for: any other one needs that anew."""
+
+    word: str
+    table: TableChoice
+    options: tuple[tuple[str, FieldValue], ...]
+    """Answers to the questions of the run, on which the way of the table depends."""
+    tenure: int
+    """Number of times that the bench had changed hands."""
+
+
+class Bench(Shared):
     """All that the pages of one server share; its methods may be called from any thread.
 
     `simulated` serves the units of a simulated bench, and is entered already.
     """
 
+    @as_bench
     def __init__(self, settings: BenchSettings, simulated: SimulatedBench | None = None) -> None:
         self.settings = settings
         self.simulated = simulated
@@ -87,8 +104,9 @@ class Bench:
         self.pulse = clock.now()
         """s at which the server last had time for its pages."""
         self._stalled_at = -math.inf
+        self._armed: tuple[ArmedMotion, str] | None = None
+        """Motion that the table is armed for, and the digest of the files it depends on; never in a file."""
         self._ends = threading.Event()
-        self._listeners: list[Callable[[], None]] = []
         self._recall()
         self.offered = unfinished(self.folder)
         """A run that a killed server left, and that may go on; None where there is none."""
@@ -105,13 +123,54 @@ class Bench:
     def choose(self, word: str) -> None:
         """Prepares a kind of run; units take its roles."""
         if word != self.choice.word:
-            self.choice.word = word
-            self.choice.options = {} if self.simulated is None else self.simulated.answers(word)
+            options = {} if self.simulated is None else self.simulated.answers(word)
+            self.choice = replace(self.choice, word=word, options=MappingProxyType(options))
+            self._armed = None
         kind = self.kind
         self.sources.choose(word, tuple((role.name, role.most) for role in kind.roles))
         if kind.takes_table and self.simulated is not None and not self.choice.table.address:
-            self.choice.table.address = self.simulated.table
+            self.choice = replace(self.choice, table=TableChoice(self.simulated.table))
         self._keep()
+
+    def answer(self, name: str, value: FieldValue) -> None:
+        """Answers a question of the run that is prepared; raises `TumbleError` where it does not ask that."""
+        if name not in (each.name for each in self.kind.fields):
+            raise TumbleError(f"{name}: the run that is prepared does not ask for it; load the page again")
+        options = MappingProxyType({**self.choice.options, name: value})
+        self._change(replace(self.choice, options=options))
+
+    def sign(self, *, operator: str | None = None, station: str | None = None) -> None:
+        """States who calibrates, and where."""
+        choice = self.choice
+        who = choice.operator if operator is None else operator
+        self._change(replace(choice, operator=who, station=choice.station if station is None else station))
+
+    def change_table(self, *, address: str | None = None, limits: str | None = None) -> None:
+        """Chooses another table, or other limits of its motion."""
+        table = self.choice.table
+        if address is not None:
+            table = replace(table, address=address.strip())
+        if limits is not None:
+            table = replace(table, limits=limits.strip())
+        self._change(replace(self.choice, table=table))
+
+    def arm(self) -> None:
+        """Arms the table for one run as it is prepared now, or disarms it.
+
+        Raises `TumbleError` where no table is named, or a chosen file cannot be read.
+        """
+        if self.is_armed:
+            self._armed = None
+        elif not self.choice.table.address:
+            raise TumbleError("no table is named; type its address first")
+        else:
+            self._armed = self._motion(), self._digest()
+        self.revision += 1
+
+    @property
+    def is_armed(self) -> bool:
+        """Returns whether the table is armed for the run as it is prepared, by whoever holds the bench."""
+        return self._armed is not None and self._armed[0] == self._motion()
 
     def change_source(self, name: str, changed: BenchSource) -> None:
         """Changes a source; raises `LogError` where its name or address is none, or is taken."""
@@ -143,6 +202,7 @@ class Bench:
         self.change_source(waiting[0].name, replace(waiting[0], serial=serial))
         return waiting[0].name
 
+    @query
     def missing(self) -> Iterator[str]:
         """Names the roles that lack a unit."""
         roles = [each.role for each in self.sources.of_kind()]
@@ -155,6 +215,7 @@ class Bench:
         if self.engine.state not in ("idle", "result", "error"):
             raise TumbleError("a run is under way; stop it first")
         order = self._order()
+        self._armed = None
         self.sources.watch(False)
         try:
             self.engine.begin(RunFolder.begin(self.folder, self.choice.word, order), order)
@@ -162,6 +223,12 @@ class Bench:
             self.sources.watch(True)
             raise
         self.offered = None
+
+    @as_bench
+    def stop(self) -> None:
+        """Stops what runs, and the table: a safe state, to which whoever may operate may bring the bench."""
+        if self.engine.state == "running":
+            self.engine.pause(message("Stopped by the operator."))
 
     def adopt_offer(self) -> None:
         """Takes the offered run as paused."""
@@ -171,22 +238,29 @@ class Bench:
             self.engine.adopt(offered)
 
     @property
-    def resumes_by_table(self) -> bool:
-        """Returns whether a table turns the units of the paused run."""
-        folder = self.engine.folder
-        return folder is not None and folder.order.table is not None
+    def table_of_paused(self) -> TableOrder | None:
+        """Table that turns the units of the paused run once it goes on; None where none does."""
+        table = self.engine.folder.order.table if self.engine.folder is not None else None
+        # It may be plugged in elsewhere by now.
+        address = self.choice.table.address
+        return None if table is None else replace(table, address=address or table.address, armed=False)
 
-    def resume(self, *, armed: bool = False) -> None:
-        """Goes on with the paused run; a table has to be `armed` anew. Raises `TumbleError`."""
+    def resume(self, *, armed: TableOrder | None = None) -> None:
+        """Goes on with the paused run; its table has to be `armed` anew, as it was shown.
+
+        Raises `TumbleError` where that cannot be done, or another table was shown.
+        """
         folder = self.engine.folder
         if folder is None or self.engine.state not in ("paused", "error"):
             raise TumbleError("there is no run that could go on")
-        table = folder.order.table
+        table = self.table_of_paused
+        if armed != table:
+            raise TumbleError("the table is not the one that was armed; look at it, and arm it again")
         order = replace(
             folder.order,
             sources={name: self._address(name, before) for name, before in folder.order.sources.items()},
             resume=folder.has_recording,
-            table=None if table is None else self._table_again(table, armed),
+            table=None if table is None else replace(table, armed=True),
         )
         self.sources.watch(False)
         self.engine.begin(folder, order)
@@ -217,14 +291,17 @@ class Bench:
             registry.enter(list(files_of(outcome)))
         self.engine.decide(ACCEPTED)
 
+    @query
     def registry(self) -> RegistryView | None:
         """Opens the registry; None where none is set. Raises `TumbleError` where it cannot be read."""
         return RegistryView(self.settings.registry) if self.settings.registry else None
 
+    @query
     def fleet(self) -> FleetView:
         """Opens the jobs of fleets; raises `TumbleError` where a library is missing."""
         return FleetView(self.settings.fleet or self.folder)
 
+    @query
     def chosen_file(self, name: str) -> Path:
         """Returns the path of a file of the folder; raises `TumbleError` for any other."""
         if name not in self.files():
@@ -236,15 +313,18 @@ class Bench:
         self.offered = None
         self._note_change()
 
+    @query
     def earlier(self) -> list[RunFolder]:
         """Returns the runs in the folder, the latest first."""
         return runs_in(self.folder)
 
+    @query
     def files(self) -> list[str]:
         """Returns the names of files in the folder that an operator may choose, such as limits."""
         found = {path.name for pattern in CHOSEN_FILES for path in self.folder.glob(pattern) if is_file(path)}
         return sorted(found)
 
+    @as_bench
     def close(self) -> None:
         """Pauses what runs, and lets go of all lines."""
         self._ends.set()
@@ -259,7 +339,6 @@ class Bench:
             if sum(each.role == role.name for each in units) < role.fewest:
                 raise TumbleError(f"no unit is the {role.name}; choose one among the sources")
         files = {each.name for each in kind.fields if each.kind == "file"}
-        table = choice.table
         return RunOrder(
             folder=self.folder,
             sources={each.name: each.address for each in units},
@@ -269,27 +348,60 @@ class Bench:
                 name: str(self.chosen_file(str(value))) if name in files and value else value
                 for name, value in choice.options.items()
             },
-            table=TableOrder(address=table.address, limits=table.limits, armed=table.armed)
-            if kind.takes_table and table.address and table.armed
-            else None,
+            table=self._table_order(),
             operator=choice.operator,
             station=choice.station,
         )
 
-    def _table_again(self, table: TableOrder, armed: bool) -> TableOrder:
-        """Returns the table of a run that goes on: it may be plugged in elsewhere by now."""
-        return replace(table, address=self.choice.table.address or table.address, armed=armed)
+    def _table_order(self) -> TableOrder | None:
+        """Returns the armed table; None where the units are turned by hand.
+
+        Raises `TumbleError` where it was armed for another motion than the one that is prepared.
+        """
+        table = self.choice.table
+        if self._armed is None or not (self.kind.takes_table and table.address):
+            return None
+        if self._armed != (self._motion(), self._digest()):
+            self._armed = None
+            raise TumbleError("what the table was armed for has changed; look at it, and arm the table again")
+        return TableOrder(address=table.address, limits=table.limits, armed=True)
+
+    def _motion(self) -> ArmedMotion:
+        choice = self.choice
+        options = tuple(sorted(choice.options.items()))
+        return ArmedMotion(choice.word, choice.table, options, self.access.tenures)
+
+    def _digest(self) -> str:
+        """Returns the digest of the chosen files; raises `TumbleError` where one cannot be read."""
+        names = {each.name for each in self.kind.fields if each.kind == "file"}
+        digest = hashlib.sha256()
+        for name, value in sorted(self.choice.options.items()):
+            if name in names and value:
+                path = self.chosen_file(str(value))
+                try:
+                    digest.update(path.read_bytes())
+                except OSError as error:
+                    raise TumbleError(f"{path}: cannot be read: {error.strerror or error}") from error
+        return digest.hexdigest()
+
+    def _change(self, choice: RunChoice) -> None:
+        self.choice = choice
+        if not self.is_armed:
+            self._armed = None
+        self._keep()
 
     def _address(self, name: str, before: str) -> str:
         """Returns the address of a unit of a run that goes on: it may be plugged in elsewhere by now."""
         return self.sources[name].address if name in self.sources else before
 
+    @as_bench
     def _note_change(self) -> None:
         self.revision += 1
         if self.engine.state in ("idle", "result", "error"):
-            self.choice.table.armed = False
+            self._armed = None
             threading.Thread(target=self._watch_again, name="watch again", daemon=True).start()
 
+    @as_bench
     def _watch_again(self) -> None:
         if not self._ends.is_set() and self.engine.state in ("idle", "result", "error"):
             self.sources.watch(True)
@@ -302,6 +414,7 @@ class Bench:
         grace = GRACE if now - self._stalled_at < 1.0 else 0.0
         return self.access.silent > BROWSER_GONE + grace
 
+    @as_bench
     def _watch_operator(self) -> None:
         """Stops a table whose operator's browser is gone."""
         while not self._ends.wait(BETWEEN_LOOKS):
@@ -319,9 +432,10 @@ class Bench:
     def _keep(self) -> None:
         """Stores sources and answers, so that a server that is started again knows them."""
         self.revision += 1
-        choice = asdict(self.choice)
-        del choice["table"]["armed"]
-        content = {"sources": [asdict(each) for each in self.sources], "choice": choice}
+        choice = self.choice
+        given = {"word": choice.word, "options": dict(choice.options), "table": asdict(choice.table)}
+        given |= {"operator": choice.operator, "station": choice.station}
+        content = {"sources": [asdict(each) for each in self.sources], "choice": given}
         write_text(self.folder / STATE, json.dumps(finite(content), indent=1), _KIND, renews=True)
 
     def _recall(self) -> None:
@@ -330,7 +444,9 @@ class Bench:
         try:
             kept = parse_json(read_whole(self.folder / STATE, LARGEST_DOCUMENT))
             sources = [BenchSource(**each) for each in kept["sources"]]
-            choice = RunChoice(**kept["choice"] | {"table": TableChoice(**kept["choice"]["table"])})
+            table = TableChoice(**kept["choice"]["table"])
+            options = MappingProxyType(dict(kept["choice"]["options"]))
+            choice = RunChoice(**kept["choice"] | {"table": table, "options": options})
         except (TumbleError, ValueError, KeyError, TypeError):
             # A first start, or a file of another version: nothing is lost but what can be typed again.
             sources, choice = [], self.choice
@@ -344,5 +460,5 @@ class Bench:
                 else each
                 for each in self.simulated.sources
             ]
-            self.choice.table.address = self.simulated.table
+            self.choice = replace(self.choice, table=replace(self.choice.table, address=self.simulated.table))
         self.sources = BenchSources(tuple(sources), self.choice.word)

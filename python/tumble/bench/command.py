@@ -78,6 +78,7 @@ def bench_command(
     code. Ctrl-C ends it, and a run that was under way can go on with the next start.
     """
     from tumble.bench.settings import BenchSettings
+    from tumble.foundation.ending import watched
 
     if (certificate is None) != (key is None):
         raise CommandError("--certificate and --key belong together; give both, or neither")
@@ -99,7 +100,8 @@ def bench_command(
         station=maker.station,
         pedal=pedal,
     )
-    with _simulation(folder, speed, rate) if simulated else nullcontext(None) as simulation:
+    simulating = _simulation(folder, speed, rate) if simulated else nullcontext(None)
+    with watched(), simulating as simulation:
         bench: Bench = bench_module.Bench(settings, simulation)
         try:
             _needed("server_log").hide_secrets_in_logs()

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
+from tumble.bench.authority import Shared, as_bench
 from tumble.bench.run_commands import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder
 from tumble.foundation.errors import TumbleError
@@ -38,9 +39,10 @@ class RunNote:
     text: Message
 
 
-class Engine:
+class Engine(Shared):
     """Runs, one after another; all methods may be called from any thread."""
 
+    @as_bench
     def __init__(self, on_change: Callable[[], None] = lambda: None) -> None:
         self.state: EngineState = "idle"
         self.folder: RunFolder | None = None
@@ -156,6 +158,7 @@ class Engine:
                 self.state, self.view, self.outcome = "idle", None, None
         self._on_change()
 
+    @as_bench
     def close(self) -> None:
         """Pauses what runs, and waits until its recording is whole."""
         self.pause()
@@ -196,6 +199,7 @@ class Engine:
                 run.stop()
         return run
 
+    @as_bench
     def _finish_paused(self) -> None:
         """Calibrates what a paused run has recorded; no table is needed for that."""
         run, folder = self._run, self.folder
@@ -205,6 +209,7 @@ class Engine:
         if run is not None:
             self._calibrate(run)
 
+    @as_bench
     def _work(self, folder: RunFolder) -> None:
         run, is_done = self._prepared(folder), False
         if run is None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from tumble.bench.authority import Shared, as_bench, query
 from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file
@@ -51,12 +52,13 @@ class SeenJob:
         return self.status.done / self.status.inputs if self.status and self.status.inputs else 0.0
 
 
-class FleetView:
+class FleetView(Shared):
     """Jobs of a folder; relative places in them are those of a command that is typed in that folder.
 
     Raises `TumbleError` in one line where a library is missing.
     """
 
+    @as_bench
     def __init__(self, folder: Path) -> None:
         try:
             import fsspec  # noqa: F401
@@ -67,11 +69,13 @@ class FleetView:
             ) from error
         self._folder = folder
 
+    @query
     def jobs(self) -> list[SeenJob]:
         """Looks how far each job is; those that were begun last come first, then those that were not."""
         found = [self._seen(path) for path in sorted(self._files())]
         return sorted(found, key=lambda each: -(each.status.written if each.status else 0.0))
 
+    @query
     def summary(self, name: str, limits: Path | None) -> FleetSummary:
         """Sums up the results of a job; raises `TumbleError` where they, or the limits, cannot be read."""
         from tumble.calibration.limits import Limits

@@ -9,11 +9,13 @@ from __future__ import annotations
 import re
 import secrets
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
+from functools import partial
 from typing import Any, TypeAlias
 from urllib.parse import parse_qs, urlsplit
 
 from tumble.bench.access import Access, Browser
+from tumble.bench.authority import acting
+from tumble.bench.cookies import cookie_values
 from tumble.bench.settings import LOOPBACK, BenchSettings
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -24,7 +26,8 @@ Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
 MOST_SOCKETS = 64
 """Sockets that are open at once."""
 MOST_SOCKETS_OF_ONE = 16
-"""Sockets of one browser."""
+"""Sockets of one browser, and of all browsers of one computer that only look; as many are always left for the
+browser that holds the bench."""
 LARGEST_BODY = 1 << 16
 """Bytes of a request."""
 LARGEST_MESSAGE = 1 << 18
@@ -48,11 +51,20 @@ REPORT_POLICY = (
 class Gate:
     """Stands before an application; see the module."""
 
-    def __init__(self, application: Application, access: Access, settings: BenchSettings) -> None:
+    def __init__(
+        self,
+        application: Application,
+        access: Access,
+        settings: BenchSettings,
+        note_known: Callable[[tuple[str, int]], None] = lambda _client: None,
+    ) -> None:
         self.app = application
+        self._note_known = note_known
+        """Notes the other end of a line that a known browser uses."""
         self._access = access
         self._settings = settings
-        self._sockets: dict[str, int] = {}
+        self._sockets: list[Browser] = []
+        """Browser of each open socket."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serves one request, or refuses it."""
@@ -69,14 +81,13 @@ class Gate:
             await receive()
             await send({"type": "websocket.close", "code": 1008})
             return
-        self._sockets[browser.key] = self._sockets.get(browser.key, 0) + 1
+        self._sockets.append(browser)
         scope[BROWSER] = browser
         try:
-            await self.app(scope, receive, send)
+            with acting(partial(self._access.operates, browser.key)):
+                await self.app(scope, receive, send)
         finally:
-            self._sockets[browser.key] -= 1
-            if not self._sockets[browser.key]:
-                del self._sockets[browser.key]
+            self._sockets.remove(browser)
 
     async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
         method, path = scope["method"], scope["path"]
@@ -94,7 +105,8 @@ class Gate:
                 await _answer(send, 204, "")
                 return
             scope[BROWSER] = browser
-            await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
+            with acting(partial(self._access.operates, browser.key)):
+                await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
         else:
             await self._enter(scope, send)
 
@@ -120,13 +132,13 @@ class Gate:
         return b"set-cookie", content.encode()
 
     def _browser(self, scope: Scope) -> Browser | None:
-        cookies = SimpleCookie()
-        try:
-            cookies.load(_header(scope, b"cookie"))
-        except CookieError:
-            return None
-        found = cookies.get(self._access.cookie)
-        return None if found is None else self._access.known(found.value)
+        for key, value in scope["headers"]:
+            if key.lower() == b"cookie":
+                for each in cookie_values(value, self._access.cookie):
+                    if (browser := self._access.known(each)) is not None:
+                        self._note_known(tuple(scope.get("client") or ("", 0)))
+                        return browser
+        return None
 
     def _is_ours(self, scope: Scope, *, needs_origin: bool) -> bool:
         """Returns whether a request names this server, and comes from its own pages."""
@@ -138,10 +150,15 @@ class Gate:
         return origin.lower() == f"{self._settings.scheme}://{host}".lower()
 
     def _has_room(self, browser: Browser) -> bool:
-        return (
-            sum(self._sockets.values()) < MOST_SOCKETS
-            and self._sockets.get(browser.key, 0) < MOST_SOCKETS_OF_ONE
-        )
+        """Returns whether a browser may have one more socket; whoever holds the bench always has room."""
+        if self._sockets.count(browser) >= MOST_SOCKETS_OF_ONE:
+            return False
+        if self._access.operates(browser.key):
+            return True
+        others = [each for each in self._sockets if not self._access.operates(each.key)]
+        beside = sum(each.rank == "viewer" and each.address == browser.address for each in others)
+        is_crowd = browser.rank == "viewer" and beside >= MOST_SOCKETS_OF_ONE
+        return len(others) < MOST_SOCKETS - MOST_SOCKETS_OF_ONE and not is_crowd
 
 
 class _Guarded:

@@ -9,6 +9,7 @@ from datetime import date, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+from tumble.bench.authority import Shared, as_bench, query
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_reading import own_text
 from tumble.foundation.project_file import project_settings
@@ -65,9 +66,10 @@ class ComparedResult:
         return f"{self.unit}, {self.date}"
 
 
-class RegistryView:
+class RegistryView(Shared):
     """One registry; raises `TumbleError` in one line where it cannot be read."""
 
+    @as_bench
     def __init__(self, address: str) -> None:
         try:
             from tumble.laboratory.registry import Registry
@@ -86,6 +88,7 @@ class RegistryView:
         stated = {setting.name: setting.value for setting in project_settings().values()}
         return sum(each.is_new for each in enter_written(self._address, calibrations, stated))
 
+    @query
     def units(self, search: str, state: str) -> list[RegisteredUnit]:
         """Returns the units that match a text and a state, those that are due first."""
         fleets: dict[str, Fleet] = {}
@@ -93,10 +96,12 @@ class RegistryView:
         chosen = [each for each in found if each.matches(search) and state in ("", each.state)]
         return sorted(chosen, key=lambda each: (_RANKS[each.state], each.due, each.serial, each.name))
 
+    @query
     def results(self, unit: RegisteredUnit) -> list[Row]:
         """Returns the results of a unit, the latest first."""
         return list(self._registry.list(serial=unit.serial or unit.name))
 
+    @query
     def certificates(self, unit: RegisteredUnit) -> list[Row]:
         """Returns the certificates of a unit."""
         from tumble.laboratory.certificate.record import listed
@@ -105,6 +110,7 @@ class RegistryView:
             row for row in listed(self._registry) if (row["serial"], row["name"]) == (unit.serial, unit.name)
         ]
 
+    @query
     def history_page(self, unit: str) -> str:
         """Returns the page of a unit over time."""
         from tumble.laboratory.report.page import HISTORY_REPORT
@@ -114,12 +120,14 @@ class RegistryView:
             raise TumbleError("no such unit")
         return HISTORY_REPORT.render(self._registry.history(str(row["serial"] or row["name"])))
 
+    @query
     def compared(self, results: Sequence[ComparedResult]) -> CompareResult:
         """Holds the first result against the others; raises `TumbleError` where one cannot be read."""
         from tumble.tools.compare.procedure import compare
 
         return compare([self._labelled(each) for each in results])
 
+    @query
     def comparison_page(self, first: str, second: str) -> str:
         """Returns the page of two results that were held against each other."""
         found = self.compared([self._result(each) for each in (first, second)])
@@ -135,6 +143,7 @@ class RegistryView:
         """Returns a calibration with unit and date as its name, which texts and tables then show."""
         return self._registry.calibration(result.identity).model_copy(update={"name": result.label})
 
+    @query
     def certificate(self, number: str) -> bytes:
         """Returns the PDF of a certificate."""
         from tumble.laboratory.certificate.record import documents_of

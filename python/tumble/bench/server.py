@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,15 +17,18 @@ from nicegui import app as nicegui_app
 from nicegui import background_tasks, core, ui
 from starlette.middleware.gzip import GZipMiddleware
 
-from tumble.bench.access import Browser
+from tumble.bench.access import COOKIE, Browser
+from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
-from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, Gate
-from tumble.bench.line import MOST_LINES, BrowserLine
+from tumble.bench.gate import BROWSER, LARGEST_BODY, LARGEST_MESSAGE, Gate
+from tumble.bench.line import MOST_LINES, Lines
+from tumble.bench.messages import Dropped, guard_messages
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.settings import BenchSettings
-from tumble.foundation import clock
+from tumble.bench.tls import server_context
+from tumble.foundation.ending import end_of, stopped_by_signals
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.file_status import is_file
@@ -42,24 +46,29 @@ GRACE = 2
 
 
 class BenchServer(uvicorn.Server):
-    """Serves a bench; `run` returns after Ctrl-C or `should_exit`."""
+    """Serves a bench until `should_exit`, or any signal that would end the program."""
 
     def __init__(self, bench: Bench) -> None:
         settings = bench.settings
+        tls = server_context(settings.certificate, settings.key)
         self.socket = _listening(settings)
+        bench.access.cookie = f"{COOKIE}_{self.port}"
+        self.dropped = Dropped()
+        self._lines = Lines(bench.access.cookie, tls)
         self._pages = _application(bench)
+        guard_messages(self.dropped)
+        gate = Gate(self._pages, bench.access, settings, self._lines.note_known)
         super().__init__(
             uvicorn.Config(
-                GZipMiddleware(Gate(self._pages, bench.access, settings), compresslevel=COMPRESSION),
+                GZipMiddleware(gate, compresslevel=COMPRESSION),
                 log_level="error",
+                log_config=None,
                 ws="websockets-sansio",
                 ws_max_size=LARGEST_MESSAGE,
                 ws_per_message_deflate=False,
-                http=BrowserLine,
-                limit_concurrency=MOST_LINES,
+                http=self._lines.doors,  # type: ignore[arg-type] # anything that makes a protocol does
+                h11_max_incomplete_event_size=LARGEST_BODY,
                 timeout_graceful_shutdown=GRACE,
-                ssl_certfile=settings.certificate,
-                ssl_keyfile=settings.key,
                 server_header=False,
                 date_header=False,
             )
@@ -72,9 +81,28 @@ class BenchServer(uvicorn.Server):
         return number
 
     def serve_until_ended(self, tell: Callable[[], None] = lambda: None) -> None:
-        """Serves until Ctrl-C, SIGTERM or `should_exit`; calls `tell` once a page would come at once."""
+        """Serves until `should_exit` or a signal; calls `tell` once a page would come at once.
+
+        Raises `end_of` the signal.
+        """
         self._tell = tell
         self.run(sockets=[self.socket])
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Ends the server in order at any signal that would end the program, which ends by it afterwards."""
+        with stopped_by_signals(self._end_soon) as heard:
+            yield
+        if heard:
+            raise end_of(heard[0])
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Ends as uvicorn does, and waits for no line that nobody uses."""
+        self._lines.close()
+        await super().shutdown(sockets)
+
+    def _end_soon(self) -> None:
+        self.should_exit = True
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Starts as uvicorn does, and builds one page: the first takes long, as it imports and compiles."""
@@ -155,7 +183,6 @@ def _application(bench: Bench) -> FastAPI:
     nicegui_app.on_startup(partial(_pulse, bench))
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.app.config.socket_io_js_transports = ["websocket"]
-    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.sio.eio.max_http_buffer_size = LARGEST_MESSAGE
     ui.run_with(
         application,
@@ -178,7 +205,8 @@ async def _pulse(bench: Bench) -> None:
 
     async def beat() -> None:
         while True:
-            bench.pulse = clock.now()
+            with acting(lambda: True):
+                bench.pulse = time.monotonic()
             await asyncio.sleep(BETWEEN_PULSES)
 
     background_tasks.create(beat(), name="pulse")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from tumble.bench.authority import Shared, as_bench, query
 from tumble.foundation.errors import LogError, TumbleError
 from tumble.live.naming import parse_named_sources
 from tumble.tools.doctor.devices import iio_devices, serial_ports
@@ -34,9 +35,10 @@ class BenchSource:
     origin: Origin = "typed"
 
 
-class BenchSources:
+class BenchSources(Shared):
     """The sources, in their order; they are looked at, except while a run has them."""
 
+    @as_bench
     def __init__(self, sources: tuple[BenchSource, ...] = (), kind: str = "") -> None:
         self._sources = {each.name: each for each in sources}
         self._kind = kind
@@ -56,6 +58,7 @@ class BenchSources:
     def __len__(self) -> int:
         return len(self._sources)
 
+    @query
     def state(self, name: str) -> SourceState:
         """Returns the state of a source; an unknown one while it is not looked at."""
         watch = self._watches.get(name)
@@ -99,6 +102,7 @@ class BenchSources:
                 if each.name not in self._watches:
                     self._watch(each)
 
+    @query
     def of_kind(self) -> list[BenchSource]:
         """Returns the sources that can take part in the chosen kind of run."""
         own = [each for each in self if each.kind == self._kind]

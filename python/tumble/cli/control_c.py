@@ -41,6 +41,19 @@ def heed_control_c_between_steps() -> object:
     return _handle(_between_steps)
 
 
+def end_by_signal(number: int) -> None:
+    """Ends the process by a signal that it has handled, for the status of that signal; 0 for none."""
+    if number:
+        import contextlib
+        import sys
+
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        _signal.signal(number, _signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
+
 def restore(handler: object) -> None:
     """Restores the earlier handling of Control-C."""
     if handler is not None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from tumble.cli.control_c import end_at_control_c, heed_control_c_between_steps, restore
+from tumble.cli.control_c import end_at_control_c, end_by_signal, heed_control_c_between_steps, restore
 from tumble.cli.exit_code import ExitCode
 
 TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
@@ -22,6 +22,9 @@ def main() -> None:
         code = _run()
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
+    except SystemExit as end:
+        end_by_signal(getattr(end, "signal_number", 0))
+        raise
     finally:
         restore(before)
     sys.exit(code)

@@ -11,11 +11,13 @@ class Banner:
 
     def __init__(self, page: PageContext) -> None:
         self._page = page
+        self._number = 0
+        """Number of the browser that is shown as asking."""
         access = page.bench.access
         self._asked = block("banner")
         with self._asked:
             self._asker = Label("", "banner-text")
-            button(page.words("Hand over"), lambda: access.hand_over(page.browser.key), "small")
+            button(page.words("Hand over"), self._hand_over, "small")
             button(page.words("Keep"), lambda: access.keep(page.browser.key), "small quiet")
         self._offered = block("banner")
         with self._offered:
@@ -29,6 +31,7 @@ class Banner:
         asking, offered = page.bench.access.asking, page.bench.offered
         set_class(self._asked, "shown", asking is not None and page.operates)
         set_class(self._offered, "shown", offered is not None)
+        self._number = 0 if asking is None else asking.number
         if asking is not None:
             text = page.words(
                 "Browser {number} at {address} asks for the bench.",
@@ -38,3 +41,7 @@ class Banner:
             self._asker.show(text)
         if offered is not None:
             self._offer.show(page.words("The run {name} was not finished.", name=offered.path.name))
+
+    def _hand_over(self) -> None:
+        page = self._page
+        page.bench.access.hand_over(page.browser.key, self._number)

@@ -10,6 +10,7 @@ from nicegui import ui
 from nicegui.client import Client
 
 from tumble.bench.access import Browser
+from tumble.bench.authority import NotOperatorError, refuse_unless_allowed
 from tumble.bench.bench import Bench
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
@@ -54,7 +55,7 @@ class PageContext:
         return self.text(message(text, **values))
 
     def guarded(self, act: Act) -> Act:
-        """Wraps what changes the bench: only the operator does it, and an error is shown in one line."""
+        """Wraps what changes the bench: a refusal, as to those who do not hold it, is shown in one line."""
         return partial(self._do, act)
 
     def notify(self, text: str, kind: str = "bad") -> None:
@@ -76,11 +77,11 @@ class PageContext:
     def _do(self, act: Act) -> None:
         # The first act may come before the first beat of the page.
         self.bench.access.beat(self.browser.key)
-        if not self.operates:
-            self.notify(self.words("Another browser holds the bench; ask for it first."), "warn")
-            return
         try:
+            refuse_unless_allowed()
             act()
+        except NotOperatorError as error:
+            self.notify(self.words(str(error)), "warn")
         except TumbleError as error:
             self.notify(self.text(message(str(error))))
 

@@ -22,7 +22,6 @@ from tumble.bench.page.run import show_run
 from tumble.bench.page.sources import show_sources
 from tumble.bench.page.units import show_units
 from tumble.bench.parts.elements import Label, block, button, link, set_attribute, set_class
-from tumble.foundation.message import message
 from tumble.foundation.translation import accepted_language
 
 BETWEEN_UPDATES = 0.05
@@ -188,8 +187,8 @@ class PageFrame:
     def _stop_now(self) -> None:
         """Stops what runs; whoever may operate may stop, whether the bench is theirs or not."""
         page = self._page
-        if page.browser.rank == "operator" and page.bench.engine.state == "running":
-            page.bench.engine.pause(message("Stopped by the operator."))
+        if page.browser.rank == "operator":
+            page.bench.stop()
 
     def _ask_for_it(self) -> None:
         page = self._page

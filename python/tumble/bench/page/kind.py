@@ -40,7 +40,8 @@ class KindScreen:
             folder = bench.engine.folder
             return "run" if folder is not None and folder.word == self._word else "other"
         is_chosen = bench.choice.word == self._word
-        return "form" if is_chosen or self._page.operates else "other"
+        # Only whoever opens the screen chooses by that: what another page chooses later counts.
+        return "form" if is_chosen or (self._shown is None and self._page.operates) else "other"
 
     def _built(self, wanted: KindPart) -> RunForm | RunPanel | None:
         page = self._page

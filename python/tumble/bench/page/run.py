@@ -17,14 +17,17 @@ class RunScreen:
     def __init__(self, page: PageContext) -> None:
         self._page = page
         self._content = block("run-screen")
-        self._shows_form: bool | None = None
+        self._shown = ""
+        """Form or run that is shown."""
         self._part: RunForm | RunPanel | None = None
 
     def update(self) -> None:
         """Shows the form before a run, and the run from its first moment on."""
-        wants_form = self._page.bench.engine.state in PREPARED
-        if wants_form != self._shows_form:
-            self._shows_form = wants_form
+        bench = self._page.bench
+        wants_form = bench.engine.state in PREPARED
+        wanted = f"form of {bench.choice.word}" if wants_form else "run"
+        if wanted != self._shown:
+            self._shown = wanted
             self._content.clear()
             with self._content:
                 self._part = RunForm(self._page) if wants_form else RunPanel(self._page)

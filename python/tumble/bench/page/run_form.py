@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
+
+from nicegui.element import Element
 
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button, set_attribute
-from tumble.bench.parts.fields import choice_field, flag_field, number_field, text_field
+from tumble.bench.parts.fields import (
+    Field,
+    choice_field,
+    flag_field,
+    flag_text,
+    number_field,
+    number_text,
+    text_field,
+)
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import number_of
-from tumble.tools.guided.field import RunField
+from tumble.tools.guided.field import FieldValue, RunField
+
+Taken = TypeVar("Taken", str, bool)
 
 
 class RunForm:
@@ -18,6 +32,9 @@ class RunForm:
     def __init__(self, page: PageContext) -> None:
         self._page = page
         self._revision = -1
+        self._shown: list[tuple[Field, Callable[[], str]]] = []
+        """Fields, each with what it has to show."""
+        self._armed: Element | None = None
         page.primary = page.bench.start
         page.scan = self._scan
         kind = page.bench.kind
@@ -38,13 +55,15 @@ class RunForm:
             Label(page.words("or space, Enter, the pedal"), "help")
 
     def update(self) -> None:
-        """Shows the units as they are now, and why the last order could not be carried out."""
+        """Shows units, answers and table as they are now, and why the last order could not be carried out."""
         self._trouble.show(self._page.text(self._page.bench.engine.trouble))
         if self._page.bench.revision != self._revision:
             self._revision = self._page.bench.revision
             self._units.clear()
             with self._units:
                 self._list_units()
+            self._show_answers(again=False)
+        self._show_armed()
 
     def _list_units(self) -> None:
         page = self._page
@@ -63,15 +82,14 @@ class RunForm:
             Label(page.words("No unit is the {role} yet.", role=labels[missing]), "trouble")
 
     def _questions(self) -> None:
-        page = self._page
-        kind, choice = page.bench.kind, page.bench.choice
+        page, bench = self._page, self._page.bench
         Label(page.words("This run"), "section", "h2")
-        for field in kind.fields:
+        for field in bench.kind.fields:
             if not field.advanced:
                 self._question(field)
-        text_field(page.words("Operator"), choice.operator, partial(setattr, choice, "operator"))
-        text_field(page.words("Station"), choice.station, partial(setattr, choice, "station"))
-        advanced = [field for field in kind.fields if field.advanced]
+        self._text("Operator", lambda: bench.choice.operator, lambda text: bench.sign(operator=text))
+        self._text("Station", lambda: bench.choice.station, lambda text: bench.sign(station=text))
+        advanced = [field for field in bench.kind.fields if field.advanced]
         if advanced:
             with block("more", "details"):
                 Label(page.words("More"), tag="summary")
@@ -79,62 +97,98 @@ class RunForm:
                     self._question(field)
 
     def _question(self, field: RunField) -> None:
-        page, options = self._page, self._page.bench.choice.options
+        page, bench = self._page, self._page.bench
         label, help_text = page.text(field.label), page.text(field.help)
-        value = options.get(field.name, field.default)
+
+        def value() -> FieldValue:
+            return bench.choice.options.get(field.name, field.default)
+
+        def text() -> str:
+            return str(value() or "")
+
+        def number() -> str:
+            found = value()
+            return number_text(found if isinstance(found, int | float) else None)
 
         def take(text: str) -> None:
-            options[field.name] = text
-
-        def take_number(text: str) -> None:
-            options[field.name] = _number(text, field)
+            bench.answer(field.name, text)
 
         match field.kind:
             case "flag":
-                flag_field(label, bool(value), partial(options.__setitem__, field.name), help_text=help_text)
-            case "number":
-                number = value if isinstance(value, int | float) else None
-                number_field(
+                flag = flag_field(
                     label,
-                    number,
-                    lambda text: page.guarded(lambda: take_number(text))(),
+                    bool(value()),
+                    self._taking(lambda ticked: bench.answer(field.name, ticked)),
+                    help_text=help_text,
+                )
+                self._shown.append((flag, lambda: flag_text(bool(value()))))
+            case "number":
+                found = number_field(
+                    label,
+                    None,
+                    self._taking(lambda text: bench.answer(field.name, _number(text, field))),
                     unit=field.unit,
                     least=field.least,
                     most=field.most,
                     help_text=help_text,
                 )
+                self._shown.append((found, number))
             case "choice":
                 choices = [(key, page.text(text)) for key, text in field.choices]
-                choice_field(label, choices, str(value or ""), take, help_text=help_text)
+                chosen = choice_field(label, choices, text(), self._taking(take), help_text=help_text)
+                self._shown.append((chosen, text))
             case "file":
                 none = ("", page.words("none"))
-                choices = [none, *((name, name) for name in page.bench.files())]
-                choice_field(label, choices, str(value or ""), take, help_text=help_text)
+                choices = [none, *((name, name) for name in bench.files())]
+                chosen = choice_field(label, choices, text(), self._taking(take), help_text=help_text)
+                self._shown.append((chosen, text))
             case "text":
-                text_field(label, str(value or ""), take, help_text=help_text)
+                typed = text_field(label, text(), self._taking(take), help_text=help_text)
+                self._shown.append((typed, text))
+
+    def _text(
+        self, label: str, content: Callable[[], str], take: Callable[[str], None], help_text: str = ""
+    ) -> None:
+        field = text_field(self._page.words(label), content(), self._taking(take), help_text=help_text)
+        self._shown.append((field, content))
+
+    def _taking(self, take: Callable[[Taken], None]) -> Callable[[Taken], None]:
+        """Returns what takes an answer: the fields then show what is shared, also where it was refused."""
+
+        def taken(answer: Taken) -> None:
+            self._page.guarded(partial(take, answer))()
+            self._show_answers(again=True)
+
+        return taken
+
+    def _show_answers(self, *, again: bool) -> None:
+        """Shows what is shared; `again` also where that was shown last, but something else was typed."""
+        for field, content in self._shown:
+            if again or field.content != content():
+                field.show(content())
 
     def _table(self) -> None:
-        page, table = self._page, self._page.bench.choice.table
+        page, bench = self._page, self._page.bench
         Label(page.words("Rate table"), "section", "h2")
         address = page.words("Such as simulated:two-axis, or empty to turn it by hand")
-        text_field(page.words("Table"), table.address, partial(setattr, table, "address"), help_text=address)
-        text_field(page.words("Limits of motion"), table.limits, partial(setattr, table, "limits"))
+        self._text(
+            "Table",
+            lambda: bench.choice.table.address,
+            lambda text: bench.change_table(address=text),
+            help_text=address,
+        )
+        self._text(
+            "Limits of motion",
+            lambda: bench.choice.table.limits,
+            lambda text: bench.change_table(limits=text),
+        )
         with block("arm"):
-            arm = button(page.words("Arm the table"), page.guarded(lambda: self._arm()), "arm-button")
+            self._armed = button(page.words("Arm the table"), page.guarded(bench.arm), "arm-button")
             Label(page.words("Armed, it moves by itself once the run starts. Keep clear of it."), "help")
-        self._armed = arm
-        self._show_armed()
-
-    def _arm(self) -> None:
-        table = self._page.bench.choice.table
-        if not table.address:
-            raise TumbleError("no table is named; type its address first")
-        table.armed = not table.armed
-        self._show_armed()
 
     def _show_armed(self) -> None:
-        table = self._page.bench.choice.table
-        set_attribute(self._armed, "aria-pressed", "true" if table.armed else "false")
+        if self._armed is not None:
+            set_attribute(self._armed, "aria-pressed", "true" if self._page.bench.is_armed else "false")
 
     def _scan(self, text: str) -> None:
         page = self._page

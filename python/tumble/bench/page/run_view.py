@@ -59,10 +59,11 @@ class RunPanel:
     def update(self) -> None:
         """Draws the newest view where there is a newer one."""
         engine = self._page.bench.engine
-        seen = (engine.state, engine.views, len(engine.notes), self._page.operates)
+        bench = self._page.bench
+        seen = (engine.state, bench.table_of_paused, self._page.operates, engine.views, len(engine.notes))
         if seen == self._seen:
             return
-        state_is_new = self._seen[:1] != seen[:1] or self._seen[-1:] != seen[-1:]
+        state_is_new = self._seen[:3] != seen[:3]
         self._seen = seen
         if engine.view is not None:
             self._draw(engine.view)
@@ -118,9 +119,11 @@ class RunPanel:
                 for action in self._actions:
                     self._offer(action)
             elif engine.state in ("paused", "error"):
-                if page.bench.resumes_by_table:
-                    again = page.guarded(partial(page.bench.resume, armed=True))
+                table = page.bench.table_of_paused
+                if table is not None:
+                    again = page.guarded(partial(page.bench.resume, armed=table))
                     button(page.words("Arm the table and go on"), again, "arm-button large")
+                    Label(page.words("Table: {address}", address=table.address), "help")
                 else:
                     button(page.words("Go on"), page.guarded(page.bench.resume), "primary large")
                 if engine.state == "paused":
@@ -144,5 +147,5 @@ class RunPanel:
         bench = self._page.bench
         if bench.engine.state == "running":
             bench.engine.pause()
-        elif bench.engine.state in ("paused", "error") and not bench.resumes_by_table:
+        elif bench.engine.state in ("paused", "error") and bench.table_of_paused is None:
             bench.resume()

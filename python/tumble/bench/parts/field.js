@@ -1,16 +1,29 @@
-// A native field whose content is the operator's while they type: only a new value from the server replaces it.
+// A native field whose content is the operator's while they type: only a value from the server replaces it.
 export default {
   template: `
-    <component :is="tag" @change="$emit('taken', $el.value)">
+    <component :is="tag" @change="$emit('taken', taken())">
       <option v-for="[key, text] in choices" :key="key" :value="key">{{ text }}</option>
     </component>`,
-  props: { tag: String, content: String, choices: { type: Array, default: () => [] } },
+  props: { tag: String, content: String, turn: Number, choices: { type: Array, default: () => [] } },
   mounted() {
-    this.$el.value = this.content;
+    this.put();
   },
   watch: {
-    content(text) {
-      this.$el.value = text;
+    turn() {
+      this.put();
+    },
+  },
+  methods: {
+    isTicked() {
+      return this.$el.type === "checkbox";
+    },
+    put() {
+      if (this.isTicked()) this.$el.checked = this.content !== "";
+      else this.$el.value = this.content;
+    },
+    taken() {
+      if (this.isTicked()) return this.$el.checked ? "true" : "";
+      return this.$el.value;
     },
   },
 };

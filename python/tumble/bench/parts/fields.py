@@ -18,13 +18,20 @@ class Field(Element, component="field.js"):
 
     def __init__(self, tag: str, content: str, take: Take, choices: Sequence[tuple[str, str]] = ()) -> None:
         super().__init__()
-        self._props |= {"tag": tag, "content": content, "choices": [list(each) for each in choices]}
+        listed = [list(each) for each in choices]
+        self._props |= {"tag": tag, "content": content, "turn": 0, "choices": listed}
         self._take = take
         self.on("taken", self._taken)
 
+    @property
+    def content(self) -> str:
+        """Content that was shown last."""
+        return str(self._props["content"])
+
     def show(self, content: str) -> None:
-        """Replaces what stands in the field."""
+        """Replaces what stands in the field, whatever was typed there meanwhile."""
         self._props["content"] = content
+        self._props["turn"] += 1
         self.update()
 
     def _taken(self, event: GenericEventArguments) -> None:
@@ -54,7 +61,7 @@ def number_field(
 ) -> Field:
     """Adds a field of a number."""
     with block("field"):
-        text = "" if value is None else f"{value:g}"
+        text = number_text(value)
         field = _labelled(f"{label} ({unit})" if unit else label, False, lambda: Field("input", text, take))
         field._props |= {"type": "number", "step": "any"}
         for name, bound in (("min", least), ("max", most)):
@@ -80,17 +87,26 @@ def choice_field(
     return field
 
 
-def flag_field(label: str, value: bool, take: Callable[[bool], object], *, help_text: str = "") -> Element:
+def flag_field(label: str, value: bool, take: Callable[[bool], object], *, help_text: str = "") -> Field:
     """Adds a field that is ticked or not."""
     with block("field flag"), block("flag-row", "label"):
-        element = Element("input")
-        element._props |= {"type": "checkbox", "checked": value}
-        element.on("change", lambda event: take(bool(event.args)), js_handler="(e) => emit(e.target.checked)")
+        field = Field("input", flag_text(value), lambda text: take(bool(text)))
+        field._props["type"] = "checkbox"
         with block():
             Label(label, tag="span")
             if help_text:
                 Label(help_text, "help")
-    return element
+    return field
+
+
+def flag_text(value: bool) -> str:
+    """Returns the content of a field that is ticked or not."""
+    return "true" if value else ""
+
+
+def number_text(value: float | None) -> str:
+    """Returns the content of a field of a number."""
+    return "" if value is None else f"{value:g}"
 
 
 def _labelled(label: str, hidden_label: bool, make: Callable[[], Field]) -> Field:

@@ -118,7 +118,7 @@ def _recorded(
 ) -> tuple[LiveMultipose, bool]:
     """Guides the session; returns it, and whether few samples are missing."""
     from tumble.calibration.unit_files import prepare_unit_files
-    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.ending import stopped_by_signals
     from tumble.foundation.goal import Goal
     from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS
     from tumble.live import open_set

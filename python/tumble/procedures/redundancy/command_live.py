@@ -55,7 +55,7 @@ def watch_sources(
     Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then. Ends with
     `NOT_ALL_WELL`, once all is written, where many samples are missing.
     """
-    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.ending import stopped_by_signals
     from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE
     from tumble.foundation.files import PAGE, check_output, no_empty_folder, prepare_folder
     from tumble.live import open_set

@@ -111,10 +111,10 @@ def record_live(
 ) -> RecordedSession | None:
     """Guides the session and records it; None where only the plan was asked for.
 
-    Raises `TumbleError`, in one line, where that cannot be done, and `KeyboardInterrupt` at Ctrl-C and
-    SIGTERM; what was recorded stays.
+    Raises `TumbleError`, in one line, where that cannot be done, and `end_of` a signal that would end the
+    program, `KeyboardInterrupt` for Ctrl-C; what was recorded stays.
     """
-    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.ending import end_of, stopped_by_signals
     from tumble.foundation.file_names import SESSION_FOLDER
     from tumble.foundation.goal import Goal
     from tumble.live import open_set
@@ -159,12 +159,13 @@ def record_live(
             procedure=_procedure(live, seconds, maker, resume=resume),
             resume=resume,
         )
-        with stopped_by_signals(session.stop), SCREEN.shown(voice.as_json, voice.quiet) as show:
+        stopping = stopped_by_signals(session.stop)
+        with stopping as heard, SCREEN.shown(voice.as_json, voice.quiet) as show:
             for step in session.steps():
                 show(step)
     if session.was_stopped:
         _say_how_to_go_on(session)
-        raise KeyboardInterrupt
+        raise end_of(heard[0])
     _refuse_if_unheard(session, reference or REFERENCE, typed)
     reached = session.is_complete and session.goal_is_met
     return RecordedSession(session.session, is_whole(units.losses) and reached, session.not_shown)

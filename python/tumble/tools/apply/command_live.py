@@ -54,7 +54,7 @@ def correct(
     With `as_json` the event `listening` is printed on standard output, or on standard error where samples go
     to standard output.
     """
-    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.ending import stopped_by_signals
     from tumble.live.outputs import STDOUT
     from tumble.tools.apply.live import LiveApply
 

@@ -14,7 +14,7 @@ from tumble.cli.live_options import AlwaysLiveSenderOption
 from tumble.cli.output import OutputFolder
 from tumble.cli.read_options import ReadingOptionsOfSeveral
 from tumble.cli.shared_options import JsonOption
-from tumble.cli.stopping import stopped_by_signals
+from tumble.foundation.ending import stopped_by_signals
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.words import count_of, join
 

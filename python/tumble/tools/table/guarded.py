@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from types import FrameType, TracebackType
-from typing import Any, TypeVar
+from types import TracebackType
+from typing import TypeVar
 
 import numpy as np
 
 from tumble.foundation import clock
+from tumble.foundation.ending import SUSPENDING, end_of, shielded, stopped_at_the_end
 from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.tools.table.axes import FREE, Axis, AxisLimits
@@ -32,8 +32,8 @@ SERVO_ERROR = math.radians(0.5)
 STOPS = 2
 """Times that a stop is sent where the first was not answered."""
 UNANSWERED = "the stop was not answered: USE THE EMERGENCY STOP"
-
-_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+IMPATIENCE = 0.25
+"""s that the stop of a program that ends waits for an answer under way; then it is sent all the same."""
 
 
 class GuardedTable:
@@ -42,9 +42,11 @@ class GuardedTable:
     `limits` of axes by their name come on top of those of the maker. Without `armed` no motion is sent; what
     would be is passed to `say`, one line each. All arrays are (axes,), from the axis on the floor up.
 
-    Leaving it, by any error, Ctrl-C, SIGQUIT, SIGTERM or a terminal that closes, stops the table. So does
-    silence: a driver raises where a query is not answered in time. A line that is lost is opened once more
-    to send the stop. After any error nothing moves until the table is entered again.
+    Leaving it stops the table, and so does any signal that ends or suspends the program, whichever thread
+    holds the table and whatever the main thread does. Outside the main thread it can be armed only where that
+    one is within `tumble.foundation.ending.watched`. So does silence: a driver raises where a query is not
+    answered in time. A line that is lost is opened once more to send the stop. After any error nothing moves
+    until the table is entered again.
 
     A motion to angles has settled when the driver reports it *and* the table stands there: a driver that
     reports the end of a motion before it began, or of one that a collision ended, is not relied on.
@@ -71,7 +73,11 @@ class GuardedTable:
         """s of `clock.now()` by which the motion under way has to have settled."""
         self._target: FloatArray | None = None
         """(axes,) rad of the last motion to angles; None after a motion at rates or a stop."""
-        self._handlers: dict[int, Any] = {}
+        self._ended_by: int | None = None
+        """Number of the signal by which the program ends or is suspended."""
+        self._line = threading.RLock()
+        """Held by the thread that queries or commands the driver."""
+        self._registered = ExitStack()
 
     @property
     def name(self) -> str:
@@ -85,9 +91,15 @@ class GuardedTable:
 
     def __enter__(self) -> GuardedTable:
         self._enabled = self._halted = False
-        self._table.__enter__()
-        if threading.current_thread() is threading.main_thread():
-            self._handlers = {which: signal.signal(which, _end) for which in _ENDINGS}
+        self._ended_by = None
+        with ExitStack() as stack:
+            if self.armed:
+                try:
+                    stack.enter_context(stopped_at_the_end(self._stop_at_the_end))
+                except RuntimeError as error:
+                    raise TableError(f"{self.name}: is not armed in a thread where {error}") from error
+            self._table.__enter__()
+            self._registered = stack.pop_all()
         return self
 
     def __exit__(
@@ -97,10 +109,10 @@ class GuardedTable:
             if self.armed:
                 self._stop_for_sure(error)
         finally:
-            for which, handler in self._handlers.items():
-                signal.signal(which, handler)
-            self._handlers = {}
-            self._table.__exit__(kind, error, trace)
+            # A table that is not registered any more is not stopped over a line that is closed.
+            with ExitStack() as left:
+                left.push(lambda *_: self._table.__exit__(kind, error, trace))
+                self._registered.close()
 
     def goto(
         self, angles: FloatArray, rate: FloatArray | None = None, acceleration: FloatArray | None = None
@@ -120,7 +132,7 @@ class GuardedTable:
         targets = np.degrees(angles)
         if self._begins(took, f"go to {self._in_words(targets)} deg within {took:.1f} s"):
             self._target = angles
-            self._guarded(lambda: self._table.goto(angles, rate, acceleration))
+            self._move(lambda: self._table.goto(angles, rate, acceleration))
         return took
 
     def rate(self, rates: FloatArray, acceleration: FloatArray | None = None) -> float:
@@ -142,7 +154,7 @@ class GuardedTable:
         turning = f"turn at {self._in_words(np.degrees(rates))} deg/s until told otherwise"
         if self._begins(took, turning):
             self._target = None
-            self._guarded(lambda: self._table.rate(rates, acceleration))
+            self._move(lambda: self._table.rate(rates, acceleration))
         return took
 
     def settled(self) -> bool:
@@ -190,6 +202,7 @@ class GuardedTable:
                 raise TableError(f"{self.name}: {objection}; give less, or another --table-limits")
 
     def _refuse_while_moving(self) -> None:
+        self._refuse_at_the_end()
         if self._halted:
             raise TableError(f"{self.name}: was stopped after an error; see to that, and start again")
         if not self.settled():
@@ -241,10 +254,46 @@ class GuardedTable:
                     f"{axis.name} at {math.degrees(angle):.6g} deg instead of {math.degrees(target):.6g} deg"
                 )
 
+    def _move(self, call: Callable[[], None]) -> None:
+        """Commands a motion; one that is under way as the program ends is stopped once more."""
+
+        def moved() -> None:
+            self._refuse_at_the_end()
+            call()
+            self._refuse_at_the_end()
+
+        self._guarded(moved)
+
+    def _refuse_at_the_end(self) -> None:
+        """Raises what ends the program where a signal does: in other threads than the main one an error."""
+        number = self._ended_by
+        if number is None:
+            return
+        if number not in SUSPENDING and threading.current_thread() is threading.main_thread():
+            raise end_of(number)
+        raise TableError(f"{self.name}: was stopped, as the program was to end or to be suspended")
+
+    def _stop_at_the_end(self, number: int) -> None:
+        """Stops the table for a program that ends; may be called by any thread, at any time."""
+        self._ended_by, self._halted = number, True
+        with self._alone(IMPATIENCE):
+            self._table.stop()
+
+    @contextmanager
+    def _alone(self, patience: float = -1.0) -> Iterator[None]:
+        """Waits until no other thread uses the line, but no longer than `patience`, s."""
+        is_alone = self._line.acquire(timeout=patience)
+        try:
+            yield
+        finally:
+            if is_alone:
+                self._line.release()
+
     def _guarded(self, call: Callable[[], Answer]) -> Answer:
         """Queries or commands the driver; stops the table where that fails."""
         try:
-            return call()
+            with self._alone():
+                return call()
         except BaseException as error:
             if self.armed:
                 self._fail(error)
@@ -262,7 +311,7 @@ class GuardedTable:
         Raises `TableError`, with what came before, where it never is.
         """
         failure: BaseException | None = None
-        with _uninterrupted():
+        with shielded(), self._alone():
             for _ in range(STOPS):
                 try:
                     if isinstance(failure, Exception):
@@ -287,21 +336,3 @@ class GuardedTable:
         return ", ".join(
             f"{axis.name} {figure:.6g}" for axis, figure in zip(self.axes, figures.tolist(), strict=True)
         )
-
-
-def _end(number: int, _frame: FrameType | None) -> None:
-    """Exits every `with` on the way, as Ctrl-C does."""
-    raise SystemExit(128 + number)
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Delays signals until the block has run."""
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, *_ENDINGS])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
