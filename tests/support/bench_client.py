@@ -8,6 +8,7 @@ import re
 import ssl
 import threading
 import uuid
+from contextlib import ExitStack, contextmanager, suppress
 from html import unescape
 from urllib.parse import urlencode, urlsplit
 
@@ -16,6 +17,8 @@ from websockets.sync.client import connect
 
 _CLIENT = re.compile(r"'client_id': '([^']+)'")
 _ELEMENTS = re.compile(r"parseElements\(String\.raw`(.*?)`\)", re.DOTALL)
+BETWEEN_BEATS = 0.3
+"""s between two signs of life."""
 PATIENCE = 60.0
 """s that a busy computer may take for what a page shows."""
 
@@ -38,6 +41,7 @@ class BenchClient:
         raw = _ELEMENTS.search(html).group(1)
         self.elements = {int(key): value for key, value in json.loads(unescape(raw)).items()}
         self._line = self._changed = self._thread = None
+        self._stack = ExitStack()
 
     def _entered(self):
         query = f"/?{self._place.query}" if self._place.query else "/"
@@ -70,6 +74,25 @@ class BenchClient:
         """Gives a sign of life."""
         assert self.asked("/beat", "POST", Cookie=self.cookie, Origin=self.site)[0] == 204
 
+    @contextmanager
+    def beating(self):
+        """Gives signs of life while the block runs."""
+        over = threading.Event()
+
+        def beat():
+            with suppress(OSError, http.client.HTTPException):  # until the server has ended
+                while not over.is_set():
+                    self.beat()
+                    over.wait(BETWEEN_BEATS)
+
+        thread = threading.Thread(target=beat, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
+
     def __enter__(self):
         site = self.site
         named = {"client_id": self.client_id, "tab_id": str(uuid.uuid4()), "document_id": str(uuid.uuid4())}
@@ -79,15 +102,18 @@ class BenchClient:
             "implicit_handshake": "true",
             "next_message_id": 0,
         } | named
-        self._line = connect(
+        line = connect(
             f"{site.replace('http', 'ws')}/_nicegui_ws/socket.io/?{urlencode(query)}",
             additional_headers={"Cookie": self.cookie},
             origin=site,
             ssl=unsafe_tls() if self._place.scheme == "https" else None,
             max_size=None,
         )
+        self._line = self._stack.enter_context(line)
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._receive, daemon=True)
+        self._stack.callback(self._thread.join)
+        self._stack.callback(self._line.close)
         self._answer, self._number, self._ended, self._is_closed = "", 0, set(), False
         self._line.send("40")
         self._thread.start()
@@ -96,8 +122,7 @@ class BenchClient:
         return self
 
     def __exit__(self, *_):
-        self._line.close()
-        self._thread.join()
+        self._stack.close()
 
     def send(self, name, *given):
         """Sends a message of a page, and waits until its handler has ended."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -65,6 +66,39 @@ class NotingTable(SimulatedTable):
         if "stop" in self.fails:
             raise self.fails["stop"]
         super().rate(np.zeros(len(self.axes)), np.ones(len(self.axes)))
+
+
+class ObservedTable:
+    """Notes what a simulated table is commanded by whoever, so that a test waits for it."""
+
+    def __init__(self, table):
+        self.table = table
+        self.told = []
+        self._changed = threading.Condition()
+        for name in ("move", "turn", "stop"):
+            setattr(table, name, self._noting(name, getattr(table, name)))
+
+    def _noting(self, name, act):
+        def noted(*figures):
+            act(*figures)
+            # A simulated table turns at no rate to stop.
+            if name != "turn" or np.any(figures[1]):
+                with self._changed:
+                    self.told.append(name)
+                    self._changed.notify_all()
+
+        return noted
+
+    def wait(self, condition, patience=60.0):
+        """Waits until what was commanded fulfils a condition."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: condition(self.told), patience), self.told
+
+    def wait_until_it_moves(self):
+        self.wait(lambda told: told and told[-1] != "stop")
+
+    def wait_until_it_is_stopped(self):
+        self.wait(lambda told: told and told[-1] == "stop")
 
 
 @contextmanager

@@ -206,7 +206,7 @@ async def _pulse(bench: Bench) -> None:
     async def beat() -> None:
         while True:
             with acting(lambda: True):
-                bench.pulse = time.monotonic()
+                bench.pulse = clock.now()
             await asyncio.sleep(BETWEEN_PULSES)
 
     background_tasks.create(beat(), name="pulse")

@@ -1,0 +1,204 @@
+"""Every end of a program stops its table: each signal, whichever thread holds it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+from contextlib import contextmanager
+
+import pytest
+
+from bench_client import BenchClient
+from bench_pages import BenchProcess
+from live_benches import QUICK_BENCH, words_of
+from repetitions import SOAK
+from table_fixtures import ObservedTable, served
+from tumble.foundation.ending import ENDING
+from tumble.tools.simulate import LiveSimulation
+
+NAMED = ("INT", "TERM", "HUP", "QUIT", "USR1", "USR2", "ALRM", "ABRT", "XCPU")
+SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in NAMED)
+"""Signals whose default ends a program; in `make soak` all that the system has."""
+TURNING = ("table", "rate", "0,5", "--for", "3600", "--armed", "--table")
+GOING = ("table", "goto", "170,0", "--speed", "0.1,0.1", "--armed", "--table")
+IN_A_THREAD = """
+    import hashlib, sys, threading
+    import numpy as np
+    from tumble.foundation.ending import watched
+    from tumble.tools.table import GuardedTable, open_table
+
+    def turn():
+        with GuardedTable(open_table(sys.argv[1]), armed=True) as table:
+            table.rate(np.radians([0.0, 5.0]))
+            threading.Event().wait()
+
+    with watched():
+        threading.Thread(target=turn, daemon=True).start()
+        {main}
+"""
+NATIVE = 'hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)'
+"""Keeps the main thread for minutes, and takes no signal meanwhile."""
+
+
+def drawn(signals):
+    """Draws two signals; in `make soak` it gives all."""
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    return signals if SOAK else random.Random(seed).sample(signals, 2)
+
+
+@contextmanager
+def running(*words, **options):
+    """Runs a command of Python until the block ends."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
+    process = subprocess.Popen([sys.executable, *map(str, words)], **options)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@contextmanager
+def moving(*words, **options):
+    """Runs a command whose last word is a table, and waits until it moves."""
+    with served("scpi", speed=1.0) as (address, table):
+        observed = ObservedTable(table)
+        with running(*words, address, **options) as process:
+            observed.wait_until_it_moves()
+            yield process, observed
+
+
+def assert_ends(process, number):
+    """Asserts that a process ends by a signal, without a traceback."""
+    err = process.communicate(timeout=60)[1]
+    assert process.returncode == (130 if number == signal.SIGINT else -number)
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("number", sorted(ENDING - {signal.SIGPIPE, signal.SIGXFSZ}) if SOAK else SIGNALS)
+def test_each_signal_stops_the_table_and_ends_the_command(number):
+    with moving("-m", "tumble", *TURNING) as (process, table):
+        process.send_signal(number)
+        assert_ends(process, number)
+        table.wait_until_it_is_stopped()
+
+
+def test_a_table_on_its_way_is_stopped_as_well():
+    for number in drawn(SIGNALS):
+        with moving("-m", "tumble", *GOING) as (process, table):
+            process.send_signal(number)
+            assert_ends(process, number)
+            table.wait_until_it_is_stopped()
+
+
+def test_a_table_in_a_thread_is_stopped_while_the_main_one_is_busy():
+    program = textwrap.dedent(IN_A_THREAD.format(main=NATIVE))
+    for number in drawn(SIGNALS):
+        with moving("-c", program) as (process, table):
+            process.send_signal(number)
+            table.wait_until_it_is_stopped()
+
+
+def test_a_thread_that_holds_a_table_ends_with_the_program():
+    program = textwrap.dedent(IN_A_THREAD.format(main="sys.stdin.readline()"))
+    with moving("-c", program, stdin=subprocess.PIPE) as (process, table):
+        process.communicate("\n", timeout=60)
+        assert process.returncode == 0
+        table.wait_until_it_is_stopped()
+
+
+def test_a_suspended_program_leaves_its_table_at_rest():
+    with moving("-m", "tumble", *TURNING) as (process, table):
+        process.send_signal(signal.SIGTSTP)
+        table.wait_until_it_is_stopped()
+        assert os.WIFSTOPPED(os.waitpid(process.pid, os.WUNTRACED)[1])
+
+
+def test_a_broken_pipe_ends_no_command_that_holds_a_table():
+    with moving("-m", "tumble", *TURNING) as (process, table):
+        process.send_signal(signal.SIGPIPE)
+        process.send_signal(signal.SIGTERM)
+        assert_ends(process, signal.SIGTERM)
+        table.wait_until_it_is_stopped()
+
+
+def test_a_terminal_that_closes_stops_the_table():
+    ours, theirs = pty.openpty()
+    options = {"stdin": theirs, "stdout": theirs, "stderr": theirs, "start_new_session": True}
+    own_terminal = "import fcntl, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
+    program = own_terminal + "from tumble.cli.main import main; main()"
+    with moving("-c", program, *TURNING, **options) as (process, table):
+        os.close(theirs)
+        os.close(ours)
+        table.wait_until_it_is_stopped()
+        assert process.wait(60) == -signal.SIGHUP
+
+
+def test_no_table_is_armed_in_a_thread_that_no_signal_would_reach():
+    program = textwrap.dedent(IN_A_THREAD.replace("with watched():", "if True:").format(main="pass"))
+    program = program.replace(".start()", ".run()").replace(
+        "threading.Thread(target=turn, daemon=True)", "Alone()"
+    )
+    alone = (
+        "class Alone:\n    def run(self):\n        t = threading.Thread(target=turn); t.start(); t.join()\n"
+    )
+    program = program.replace("if True:", alone + "if True:")
+    with running("-c", program, "simulated:two-axis") as process:
+        assert "is not armed in a thread where signals are not heeded" in process.communicate(timeout=60)[1]
+
+
+@contextmanager
+def simulated_units():
+    """Serves units on a table, and that table, for programs in their own processes."""
+    with LiveSimulation(**QUICK_BENCH) as simulation:
+        yield simulation, ObservedTable(simulation.table)
+
+
+def test_a_live_session_stops_its_table_at_each_signal(tmp_path):
+    for number in drawn(SIGNALS):
+        with simulated_units() as (simulation, table):
+            words = ["--live", *words_of(simulation), "--pose-seconds", "2s", "--armed"]
+            folder = tmp_path / signal.Signals(number).name
+            words += ["--table", simulation.table_address, "-o", folder]
+            with running("-m", "tumble", "turntable", *words) as process:
+                table.wait_until_it_moves()
+                process.send_signal(number)
+                assert_ends(process, number)
+                table.wait_until_it_is_stopped()
+                assert (folder / "session" / "session.yaml").is_file()
+
+
+def test_a_bench_stops_its_table_at_each_signal(tmp_path):
+    for number in drawn(SIGNALS):
+        with simulated_units() as (simulation, table):
+            bench = BenchProcess(tmp_path / signal.Signals(number).name, "--port", "0")
+            try:
+                with BenchClient(bench.address) as page, page.beating():
+                    page.wait(lambda page=page: page.shows("You hold the bench"))
+                    start(page, simulation)
+                    table.wait_until_it_moves()
+                    bench.process.send_signal(number)
+                    table.wait_until_it_is_stopped()
+                assert_ends(bench.process, number)
+            finally:
+                bench.kill()
+
+
+def start(page, simulation):
+    """Begins a session on the armed table."""
+    for name, address in simulation.addresses.items():
+        page.fill("Name", name)
+        page.fill("Address", address)
+        page.click("Add")
+        page.wait(lambda name=name: page.shows(name))
+    page.click("Run")
+    page.fill("Table", simulation.table_address)
+    page.fill("Time at each pose (s)", "2")
+    page.click("Arm the table")
+    page.click("Start")
