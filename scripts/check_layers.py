@@ -103,6 +103,7 @@ DATA = {
     *(
         "folder_lock",
         "ending",
+        "workers",
         "body_axes",
         "log_time",
         "magnetic",
@@ -122,6 +123,7 @@ DATA = {
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
     "ending": set(),
+    "workers": set(),
     "log_time": set(),
     "procedures": set(),
     "services": {"recording", "results", "units"},

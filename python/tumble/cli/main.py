@@ -7,7 +7,13 @@ from __future__ import annotations
 
 import sys
 
-from tumble.cli.control_c import end_at_control_c, end_by_signal, heed_control_c_between_steps, restore
+from tumble.cli.control_c import (
+    end_at_control_c,
+    end_by_signal,
+    heed_control_c_between_steps,
+    restore,
+    show_cursor,
+)
 from tumble.cli.exit_code import ExitCode
 
 TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
@@ -27,6 +33,8 @@ def main() -> None:
         raise
     finally:
         restore(before)
+    if code == ExitCode.INTERRUPTED:
+        show_cursor()
     sys.exit(code)
 
 

@@ -13,6 +13,7 @@ from multiprocessing.process import BaseProcess
 from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.workers import control_c_held_back
 
 _CAN_FORK = "forkserver" in multiprocessing.get_all_start_methods()
 _CONTEXT = multiprocessing.get_context("forkserver") if _CAN_FORK else multiprocessing.get_context("spawn")
@@ -79,7 +80,9 @@ class _Worker:
     def __init__(self) -> None:
         self.pipe, other = _CONTEXT.Pipe()
         self._process: BaseProcess = _CONTEXT.Process(target=_work, args=(other,), daemon=True)
-        self._process.start()
+        # The first one also starts the server of new processes.
+        with control_c_held_back():
+            self._process.start()
         # The worker's end closes with the worker, so that its death ends the pipe.
         other.close()
 
@@ -116,7 +119,7 @@ class _Worker:
 
 def _work(pipe: Connection) -> None:
     """Computes tasks until the other end is closed, by will or because the driver was killed."""
-    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+    with contextlib.suppress(EOFError, OSError):
         while True:
             pipe.send(_outcome_of(pipe.recv()))
 

@@ -62,7 +62,7 @@ class RunForm:
             self._units.clear()
             with self._units:
                 self._list_units()
-            self._show_answers(again=False)
+            self._show_answers()
         self._show_armed()
 
     def _list_units(self) -> None:
@@ -157,14 +157,14 @@ class RunForm:
 
         def taken(answer: Taken) -> None:
             self._page.guarded(partial(take, answer))()
-            self._show_answers(again=True)
+            self._show_answers()
 
         return taken
 
-    def _show_answers(self, *, again: bool) -> None:
-        """Shows what is shared; `again` also where that was shown last, but something else was typed."""
+    def _show_answers(self) -> None:
+        """Shows what is shared where a field shows something else, as it was refused or changed elsewhere."""
         for field, content in self._shown:
-            if again or field.content != content():
+            if field.content != content():
                 field.show(content())
 
     def _table(self) -> None:

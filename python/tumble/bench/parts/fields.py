@@ -9,6 +9,8 @@ from nicegui.events import GenericEventArguments
 
 from tumble.bench.parts.elements import Label, block
 
+LONGEST = 4096
+"""Letters of an answer that are taken."""
 Take = Callable[[str], object]
 """Takes what was typed or chosen."""
 
@@ -25,7 +27,7 @@ class Field(Element, component="field.js"):
 
     @property
     def content(self) -> str:
-        """Content that was shown last."""
+        """Content that was shown, or typed, last."""
         return str(self._props["content"])
 
     def show(self, content: str) -> None:
@@ -35,7 +37,8 @@ class Field(Element, component="field.js"):
         self.update()
 
     def _taken(self, event: GenericEventArguments) -> None:
-        self._take(str(event.args))
+        self._props["content"] = text = str(event.args)[:LONGEST]
+        self._take(text)
 
 
 def text_field(

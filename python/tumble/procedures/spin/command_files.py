@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,13 +18,14 @@ def page_written_meanwhile(result: SpinResult, folder: Path | str) -> Iterator[d
     Raises at the end what went wrong with it.
     """
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
 
     from tumble.calibration.unit_files import prepare_unit_files
+    from tumble.foundation.workers import WorkerContext
 
     page, path = prepare_unit_files(folder, result.name, "live")
     result.calibration.save(path)
-    with ProcessPoolExecutor(1, get_context("spawn"), _leave_interrupts_to_others) as aside:
+    # It takes no Ctrl-C, which ends what runs beside it, and then this.
+    with ProcessPoolExecutor(1, WorkerContext()) as aside:
         writing = aside.submit(_write_page, result, page)
         yield {"calibration": path, "report": page}
         writing.result()
@@ -35,9 +35,3 @@ def _write_page(result: SpinResult, page: Path) -> None:
     from tumble.procedures.spin.report.page import SPIN_REPORT
 
     SPIN_REPORT.write(result, page)
-
-
-def _leave_interrupts_to_others() -> None:
-    """Lets Control-C end what runs beside this, and then this."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import chain, count
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.foundation.files import PAGE, prepare_folder, write_text
 from tumble.foundation.translation import language, speak
+from tumble.foundation.workers import WorkerContext, end_at_control_c
 from tumble.procedures.turntable.record import TargetRecord
 from tumble.procedures.turntable.report.batch_page import batch_page
 from tumble.procedures.turntable.report.records import record_of
@@ -101,9 +101,12 @@ def page_names(targets: Sequence[TargetResult]) -> list[str]:
 
 def drawing_processes(workers: int) -> ProcessPoolExecutor:
     """Starts processes that draw pages in the language of this context."""
-    return ProcessPoolExecutor(
-        workers, mp_context=get_context("spawn"), initializer=speak, initargs=(language(),)
-    )
+    return ProcessPoolExecutor(workers, WorkerContext(), _begin_to_draw, (language(),))
+
+
+def _begin_to_draw(language_of_pages: str) -> None:
+    end_at_control_c()
+    speak(language_of_pages)
 
 
 def _draw(task: tuple[TurntableResult, TargetResult]) -> str:

@@ -1,0 +1,95 @@
+"""Ctrl-C on a terminal, at any call of Python: exit code 130, no traceback, the cursor shown."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import time
+
+import pytest
+
+from interrupted import COMMAND, Terminal, interrupted_after, interrupted_at_call
+from ports import free_port
+from repetitions import SOAK
+from turntable_sessions import typed
+
+JOB = "procedure: spin\ninputs: [in/*.csv]\nresults: results-{number}\n"
+COMMANDS = ("inspect", "spin", "fleet run", "record")
+FEW = 2
+"""Points of each command in `make test`."""
+MANY = 150
+"""In `make soak`, as many at calls, and as many at times."""
+OF_THE_INTERPRETER = 0.1
+"""s after its start in which the interpreter has not read the first line of any program on a busy computer."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("interrupted")
+    assert typed("simulate", "spin", "--turns", "2", "--seed", "7", "-o", folder).code == 0
+    (folder / "in").mkdir()
+    for number in range(4):
+        shutil.copy(folder / "spin.csv", folder / "in" / f"unit_{number}.csv")
+    return folder
+
+
+def words_of(command, folder, number):
+    """Returns the words of a command that writes to a place of its own."""
+    if command == "inspect":
+        return ["inspect", "spin.csv"]
+    if command == "spin":
+        return ["spin", "spin.csv", "-o", f"spin-{number}"]
+    if command == "record":
+        return ["record", f"a=udp://:{free_port()}", "-o", f"record-{number}", "--duration", "0.5s"]
+    job = folder / f"job-{number}.yaml"
+    job.write_text(JOB.format(number=number))
+    return ["fleet", "run", job.name, "--workers", "2"]
+
+
+def chance():
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    return random.Random(seed)
+
+
+def counted(words, folder, within=""):
+    """Returns the number of calls of a command that is not interrupted."""
+    path = folder / "calls"
+    path.unlink(missing_ok=True)
+    done = interrupted_at_call(words, 0, path, within=within, cwd=folder)
+    assert done.trouble == ""
+    return int(path.read_text())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_control_c_at_any_call_ends_without_a_trace(command, folder):
+    draw, calls = chance(), counted(words_of(command, folder, "whole"), folder)
+    for number in range(MANY if SOAK else FEW):
+        point = draw.randint(1, calls)
+        words = words_of(command, folder, f"at-{number}")
+        assert interrupted_at_call(words, point, folder / "calls", cwd=folder).trouble == "", point
+
+
+@pytest.mark.parametrize(
+    "library", ["pydantic", "rich", "multiprocessing", "yaml"] if SOAK else ["pydantic", "rich"]
+)
+def test_control_c_within_a_library_ends_without_a_trace(library, folder):
+    within, draw = f"/{library}/", chance()
+    calls = counted(words_of("fleet run", folder, f"whole-{library}"), folder, within)
+    for number in range(MANY // 4 if SOAK else FEW):
+        point = draw.randint(1, calls)
+        words = words_of("fleet run", folder, f"{library}-{number}")
+        done = interrupted_at_call(words, point, folder / "calls", within=within, cwd=folder)
+        assert done.trouble == "", point
+
+
+@pytest.mark.skipif(not SOAK, reason="only `make soak` waits for times")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_control_c_at_any_time_ends_without_a_trace(command, folder):
+    began = time.monotonic()
+    assert Terminal([COMMAND, *words_of(command, folder, "timed")], cwd=folder).ended().trouble == ""
+    lasts, draw = time.monotonic() - began, chance()
+    for number in range(MANY):
+        seconds = draw.uniform(OF_THE_INTERPRETER, lasts)
+        words = words_of(command, folder, f"after-{number}")
+        assert interrupted_after(words, seconds, cwd=folder).trouble == "", seconds
