@@ -1,4 +1,4 @@
-"""Commands on a terminal of their own that are told Ctrl-C, at a chosen call of Python or at a chosen time."""
+"""Commands on a terminal of their own that get Ctrl-C, at a chosen call of Python or at a chosen time."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ sys.argv[1:4] = []
 count = 0
 
 def tell():
-    os.kill(os.getpid(), signal.SIGINT)
+    os.killpg(0, signal.SIGINT)
 
 def called(frame, event, _given):
     global count
@@ -56,7 +56,7 @@ finally:
     with open(counted, "w") as file:
         file.write(str(count))
 """
-"""Runs a command, and tells itself Ctrl-C at a call; counts the calls of files with a name within."""
+"""Runs a command, and sends Ctrl-C to all its processes at a call of some files; counts these calls."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Terminal:
 
 
 def interrupted_at_call(words, point, counted, *, within="", cwd=None):
-    """Runs a command that is told Ctrl-C at its call of that number, 0 for none; `counted` gets their number."""
+    """Runs a command that gets Ctrl-C at its call of that number, 0 for none; `counted` gets their number."""
     given = [sys.executable, "-c", AT_A_CALL, str(point), within, counted, *words]
     return Terminal(given, cwd=cwd).ended()
 

@@ -67,7 +67,7 @@ def running(*words, **options):
 @contextmanager
 def moving(*words, **options):
     """Runs a command whose last word is a table, and waits until it moves."""
-    with served("scpi", speed=1.0) as (address, table):
+    with served("scpi") as (address, table):
         observed = ObservedTable(table)
         with running(*words, address, **options) as process:
             observed.wait_until_it_moves()

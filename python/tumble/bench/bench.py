@@ -377,11 +377,7 @@ class Bench(Shared):
         digest = hashlib.sha256()
         for name, value in sorted(self.choice.options.items()):
             if name in names and value:
-                path = self.chosen_file(str(value))
-                try:
-                    digest.update(path.read_bytes())
-                except OSError as error:
-                    raise TumbleError(f"{path}: cannot be read: {error.strerror or error}") from error
+                digest.update(read_whole(self.chosen_file(str(value)), LARGEST_DOCUMENT))
         return digest.hexdigest()
 
     def _change(self, choice: RunChoice) -> None:

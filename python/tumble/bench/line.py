@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import ssl
-from collections.abc import Iterable, Iterator
-from functools import partial
-from typing import Any, cast
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
@@ -18,8 +18,12 @@ MOST_LINES_OF_ONE = MOST_LINES // 2
 """Lines of one computer; of more, the same."""
 PATIENCE = 5.0
 """s in which a line has to be secured, and s in which its first request has to be there."""
+WITHOUT_FILES = 0.1
+"""s until a line is accepted again where the system has no room for one more."""
 
 _Base: Any = AutoHTTPProtocol
+Client = tuple[str, int]
+"""Address and port of the other end of a line."""
 
 
 class Lines:
@@ -28,91 +32,87 @@ class Lines:
     def __init__(self, cookie: str, tls: ssl.SSLContext | None = None) -> None:
         self.cookie = cookie
         """Name of the only cookie that is read."""
-        self.tls = tls
-        self._open: list[Door] = []
-        self._known: set[tuple[str, int]] = set()
+        self._tls = tls
+        self._open: list[AcceptedLine] = []
+        self._known: set[Client] = set()
         """Other ends of lines on which a known browser has asked for something."""
 
-    def doors(self, **given: Any) -> Door:  # noqa: ANN401 - whatever uvicorn gives a protocol
-        """Makes the protocol of one line that was accepted."""
-        return Door(self, given)
+    async def accept(self, listening: socket.socket, protocol: Callable[[], asyncio.Protocol]) -> None:
+        """Accepts lines without end; `listening` does not block."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                end, address = await loop.sock_accept(listening)
+            except OSError:  # the other end was gone before, or the system has no room for one more
+                await asyncio.sleep(WITHOUT_FILES)
+                continue
+            self._enter(AcceptedLine(end, (str(address[0]), int(address[1])), protocol, self._tls))
 
-    def enter(self, door: Door) -> None:
-        """Counts a line, and closes others, or itself, where there are too many."""
-        self._open = [each for each in self._open if not each.is_closing]
+    def note_known(self, client: Client) -> None:
+        """Notes that a known browser uses a line."""
+        self._known.add(client)
+
+    def close(self) -> None:
+        """Closes all lines that no known browser uses."""
+        for each in self._open:
+            if each.client not in self._known:
+                each.close()
+
+    def _enter(self, line: AcceptedLine) -> None:
+        self._open = [each for each in self._open if not each.is_closed]
         self._known &= {each.client for each in self._open}
-        self._open.append(door)
-        of_one = [each for each in self._open if each.client[0] == door.client[0]]
+        self._open.append(line)
+        of_one = [each for each in self._open if each.client[0] == line.client[0]]
         if len(of_one) > MOST_LINES_OF_ONE:
             self._close_one(of_one)
         elif len(self._open) > MOST_LINES:
             self._close_one(self._open)
 
-    def note_known(self, client: tuple[str, int]) -> None:
-        """Notes that a known browser uses a line."""
-        self._known.add(client)
-
-    def close(self) -> None:
-        """Closes all lines that are not in use."""
-        for each in self._open:
-            if each.client not in self._known:
-                each.close()
-
-    def _close_one(self, lines: Iterable[Door]) -> None:
+    def _close_one(self, lines: Sequence[AcceptedLine]) -> None:
         """Closes the oldest line that no known browser uses: the newest, where all are in use."""
-        *others, newest = lines
-        next((each for each in others if each.client not in self._known), newest).close()
+        next((each for each in lines if each.client not in self._known), lines[-1]).close()
 
 
-class Door(asyncio.Protocol):
-    """Beginning of a line: it is counted, then secured, then it serves requests."""
+class AcceptedLine:
+    """One line, from its first moment on: it is secured, then it serves requests."""
 
-    def __init__(self, lines: Lines, given: dict[str, Any]) -> None:
-        self.client: tuple[str, int] = ("", 0)
-        """Address and port of the other end."""
-        self._lines, self._given = lines, given
-        self._transport: asyncio.Transport | None = None
-        self._securing: asyncio.Task[None] | None = None
+    def __init__(
+        self,
+        end: socket.socket,
+        client: Client,
+        protocol: Callable[[], asyncio.Protocol],
+        tls: ssl.SSLContext | None,
+    ) -> None:
+        self.client = client
+        self._transport: Any = None
+        self._begun = asyncio.get_running_loop().create_task(self._begin(end, protocol, tls))
 
     @property
-    def is_closing(self) -> bool:
+    def is_closed(self) -> bool:
         """Returns whether the line is closed, or about to be."""
-        return self._transport is None or self._transport.is_closing()
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begins a line."""
-        transport = cast("asyncio.Transport", transport)  # that of a stream, also where uvloop made it
-        self._transport = transport
-        peer = transport.get_extra_info("peername")
-        self.client = (str(peer[0]), int(peer[1])) if peer else ("", 0)
-        self._lines.enter(self)
-        if transport.is_closing():
-            return
-        line = BrowserLine(self._lines, **self._given)
-        if self._lines.tls is None:
-            transport.set_protocol(line)
-            line.connection_made(transport)
-            return
-        transport.pause_reading()
-        self._securing = asyncio.get_running_loop().create_task(self._secure(transport, line))
+        return self._begun.done() and (self._transport is None or self._transport.is_closing())
 
     def close(self) -> None:
         """Closes the line at once."""
+        self._begun.cancel()
         if self._transport is not None:
             self._transport.abort()
 
-    async def _secure(self, transport: asyncio.Transport, line: BrowserLine) -> None:
-        loop, tls = asyncio.get_running_loop(), self._lines.tls
-        assert tls is not None, "a line is secured by TLS"
-        start = partial(loop.start_tls, server_side=True, ssl_handshake_timeout=PATIENCE)
+    async def _begin(
+        self, end: socket.socket, protocol: Callable[[], asyncio.Protocol], tls: ssl.SSLContext | None
+    ) -> None:
+        patience = None if tls is None else PATIENCE
+        loop = asyncio.get_running_loop()
         try:
-            secured = await start(transport, line, tls)
+            self._transport, _ = await loop.connect_accepted_socket(
+                protocol, end, ssl=tls, ssl_handshake_timeout=patience
+            )
         except (OSError, asyncio.TimeoutError):
             # Whoever does not speak TLS, or is silent, is no browser of this page.
-            transport.abort()
-            return
-        if secured is not None:
-            line.connection_made(secured)
+            end.close()
+        except asyncio.CancelledError:
+            end.close()
+            raise
 
 
 class BrowserLine(_Base):  # type: ignore[misc]

@@ -1,6 +1,6 @@
 """Messages of browsers on their sockets: each is about a page of the browser that sends it, or is dropped.
 
-Browsers of this page send no other ones. What is malformed is counted, and leaves no traceback.
+Browsers of this page send no other ones. A malformed message is counted, and leaves no traceback.
 """
 
 from __future__ import annotations

@@ -21,13 +21,14 @@ from tumble.bench.access import COOKIE, Browser
 from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
 from tumble.bench.gate import BROWSER, LARGEST_BODY, LARGEST_MESSAGE, Gate
-from tumble.bench.line import MOST_LINES, Lines
+from tumble.bench.line import MOST_LINES, BrowserLine, Lines
 from tumble.bench.messages import Dropped, guard_messages
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.settings import BenchSettings
 from tumble.bench.tls import server_context
+from tumble.foundation import clock
 from tumble.foundation.ending import end_of, stopped_by_signals
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
@@ -55,6 +56,7 @@ class BenchServer(uvicorn.Server):
         bench.access.cookie = f"{COOKIE}_{self.port}"
         self.dropped = Dropped()
         self._lines = Lines(bench.access.cookie, tls)
+        self._accepting: asyncio.Task[None] | None = None
         self._pages = _application(bench)
         guard_messages(self.dropped)
         gate = Gate(self._pages, bench.access, settings, self._lines.note_known)
@@ -66,7 +68,6 @@ class BenchServer(uvicorn.Server):
                 ws="websockets-sansio",
                 ws_max_size=LARGEST_MESSAGE,
                 ws_per_message_deflate=False,
-                http=self._lines.doors,  # type: ignore[arg-type] # anything that makes a protocol does
                 h11_max_incomplete_event_size=LARGEST_BODY,
                 timeout_graceful_shutdown=GRACE,
                 server_header=False,
@@ -86,7 +87,7 @@ class BenchServer(uvicorn.Server):
         Raises `end_of` the signal.
         """
         self._tell = tell
-        self.run(sockets=[self.socket])
+        self.run(sockets=[])
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -98,6 +99,9 @@ class BenchServer(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Ends as uvicorn does, and waits for no line that nobody uses."""
+        if self._accepting is not None:
+            self._accepting.cancel()
+        self.socket.close()
         self._lines.close()
         await super().shutdown(sockets)
 
@@ -109,7 +113,16 @@ class BenchServer(uvicorn.Server):
         await super().startup(sockets)
         if not self.should_exit:
             await _build_page(self._pages)
+            self._accepting = asyncio.get_running_loop().create_task(
+                self._lines.accept(self.socket, self._line), name="accept"
+            )
             self._tell()
+
+    def _line(self) -> BrowserLine:
+        """Makes the protocol of a line, as uvicorn does of those that it accepts itself."""
+        return BrowserLine(
+            self._lines, config=self.config, server_state=self.server_state, app_state=self.lifespan.state
+        )
 
 
 async def _build_page(pages: FastAPI) -> None:
@@ -142,11 +155,13 @@ def _listening(settings: BenchSettings) -> socket.socket:
     """Listens at the port; raises `CommandError` where it is taken, or no address of this computer."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=MOST_LINES)
+        listening = socket.create_server((settings.host, settings.port), family=family, backlog=MOST_LINES)
     except OSError as error:
         raise CommandError(
             f"{settings.host}:{settings.port}: {error.strerror or error}; give another --port, or --port 0"
         ) from error
+    listening.setblocking(False)
+    return listening
 
 
 def _application(bench: Bench) -> FastAPI:

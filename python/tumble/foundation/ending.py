@@ -92,29 +92,29 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[list[int]]:
 
     The list that it gives holds the number of that signal.
     """
-    heard: list[int] = []
+    received: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield heard
+        yield received
         return
     with watched():
         before = {number: handler for number in ENDING if callable(handler := signal.getsignal(number))}
 
         def handle(number: int, _frame: object) -> None:
-            heard.append(number)
+            received.append(number)
             stop()
             signal.signal(number, before[number])
 
         for number in before:
             signal.signal(number, handle)
         try:
-            yield heard
+            yield received
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
 
 class _Watch:
-    """Handlers of one process, and the thread that hears of signals while the main one is busy."""
+    """Handlers of one process, and the thread that receives signals while the main one is busy."""
 
     def __init__(self) -> None:
         self.stops: list[Stop] = []
@@ -150,7 +150,7 @@ class _Watch:
 
     @contextmanager
     def _taken_again(self) -> Iterator[None]:
-        """Hears of signals first, also where an event loop has begun to since."""
+        """Receives signals first, also where an event loop has begun to since."""
         assert self._writer is not None, "it was entered"
         own, before = self._writer.fileno(), self._fd_before
         taken = signal.set_wakeup_fd(own, warn_on_full_buffer=False)
@@ -229,7 +229,7 @@ class _Watch:
                 self.stop_all(number)
 
     def _pass_on(self, number: int) -> None:
-        """Tells of a signal whoever was told of signals before, such as an event loop."""
+        """Gives a signal to whoever received signals before, such as an event loop."""
         try:
             os.write(self._fd_before, bytes([number]))
         except OSError as error:

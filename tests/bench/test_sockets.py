@@ -1,0 +1,234 @@
+"""Lines and sockets of the bench: whoever opens many, or sends nonsense, takes nothing from the operator."""
+
+from __future__ import annotations
+
+import datetime
+import random
+import resource
+import socket
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+
+from bench_client import BenchClient, unsafe_tls
+from bench_pages import BenchProcess
+from repetitions import SOAK
+from tumble.bench.access import MOST_BROWSERS, Access
+from tumble.bench.cookies import cookie_values, only_cookie
+from tumble.bench.gate import MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
+from tumble.bench.line import MOST_LINES
+from tumble.bench.settings import BenchSettings
+from turntable_sessions import one_line, typed
+
+SILENT = 1500
+"""Lines that once ended a run."""
+
+
+def write_pem(folder: Path, name: str, password: bytes | None = None) -> tuple[Path, Path]:
+    """Writes a certificate and its key; returns their paths."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    subject = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
+    now = datetime.datetime(2026, 1, 1, tzinfo=datetime.timezone.utc)
+    made = x509.CertificateBuilder(subject, subject, key.public_key(), 1, now, now.replace(year=2036))
+    certificate, key_file = folder / f"{name}.crt", folder / f"{name}.key"
+    certificate.write_bytes(made.sign(key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM))
+    hidden = serialization.BestAvailableEncryption(password) if password else serialization.NoEncryption()
+    form = serialization.PrivateFormat.PKCS8
+    key_file.write_bytes(key.private_bytes(serialization.Encoding.PEM, form, hidden))
+    return certificate, key_file
+
+
+@contextmanager
+def serving(folder, *options):
+    """Serves a bench at an address that needs a token, and asserts in the end that it left no traceback."""
+    bench = BenchProcess(folder, "--port", "0", "--host", "127.0.0.2", *map(str, options))
+    try:
+        yield bench
+    finally:
+        assert "Traceback" not in bench.end()
+        assert bench.process.returncode == 130
+
+
+def silent_line(place, number):
+    """Opens a line from one of many computers, and says nothing."""
+    line = socket.socket()
+    line.bind((f"127.1.{number % 250 + 1}.1", 0))
+    line.connect((place.hostname, place.port))
+    return line
+
+
+def test_silent_lines_leave_room_before_and_after_tls(tmp_path):
+    pair = write_pem(tmp_path, "server")
+    with (
+        serving(tmp_path / "bench", "--certificate", pair[0], "--key", pair[1]) as bench,
+        ExitStack() as lines,
+    ):
+        place = urlsplit(bench.site)
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 2 * SILENT), hard))
+        lines.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        with BenchClient(bench.served["operator"]) as operator:
+            operator.beat()
+            operator.wait(lambda: operator.shows("You hold the bench"))
+            for number in range(SILENT):
+                lines.callback(silent_line(place, number).close)
+            operator.beat()
+            assert operator.get("/run")[0] == 200
+            open_files = len(list(Path(f"/proc/{bench.process.pid}/fd").iterdir()))
+            assert open_files < MOST_LINES + 100
+            operator.click("Run")
+            operator.wait(lambda: operator.shows("This run"))
+
+
+def test_lines_that_do_not_speak_tls_are_closed(tmp_path):
+    pair = write_pem(tmp_path, "server")
+    with serving(tmp_path / "bench", "--certificate", pair[0], "--key", pair[1]) as bench:
+        place = urlsplit(bench.site)
+        with socket.create_connection((place.hostname, place.port)) as line:
+            line.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+            with suppress(ConnectionError):
+                assert b"HTTP" not in line.recv(1 << 12)
+        with socket.create_connection((place.hostname, place.port)) as line:
+            secured = unsafe_tls().wrap_socket(line)
+            assert secured.version() in ("TLSv1.2", "TLSv1.3")
+        assert BenchClient(bench.served["viewer"]).get("/units")[0] == 200
+
+
+def test_one_viewer_leaves_sockets_for_the_operator(tmp_path):
+    with serving(tmp_path / "bench") as bench, ExitStack() as taken:
+        operator = BenchClient(bench.served["operator"])
+        operator.beat()
+        opened = 0
+        for _ in range(MOST_SOCKETS // MOST_SOCKETS_OF_ONE + 1):
+            cookie = BenchClient(bench.served["viewer"]).cookie
+            for _ in range(MOST_SOCKETS_OF_ONE):
+                with suppress(Exception):
+                    taken.enter_context(BenchClient(bench.served["viewer"], "/", cookie))
+                    opened += 1
+        assert opened == MOST_SOCKETS_OF_ONE
+        with operator, BenchClient(bench.served["operator"]) as other:
+            operator.wait(lambda: operator.shows("You hold the bench"))
+            other.wait(lambda: other.shows("Browser 1 holds the bench"))
+
+
+def test_whoever_holds_the_bench_always_has_a_socket():
+    access = Access(needs_token=False)
+    gate = Gate(None, access, BenchSettings(folder=Path()))
+    holder = access.enter("", "10.0.0.1")
+    access.beat(holder.key)
+    others = [access.enter("", f"10.0.1.{number}") for number in range(MOST_SOCKETS)]
+    for each in others:
+        while gate._has_room(each):
+            gate._sockets.append(each)
+    assert len(gate._sockets) == MOST_SOCKETS - MOST_SOCKETS_OF_ONE
+    for _ in range(MOST_SOCKETS_OF_ONE):
+        assert gate._has_room(holder)
+        gate._sockets.append(holder)
+    assert not gate._has_room(holder)
+
+
+def test_whoever_enters_again_and_again_crowds_nobody_out():
+    access = Access(needs_token=True)
+    operator, other = (access.enter(access.token, "") for _ in range(2))
+    viewer = access.enter(access.viewer_token, "")
+    for each in (operator, other, viewer):
+        access.beat(each.key)
+    for _ in range(2 * MOST_BROWSERS):
+        access.enter(access.viewer_token, "")
+    assert all(access.known(each.key) is each for each in (operator, other, viewer))
+
+
+FOREIGN = (
+    b"",
+    b'a="b',
+    b"[]{}=1",
+    b"x=\xff\x00; a,b=c",
+    b"tumble_bench_1=stale",
+    b"big=" + b"x" * 20_000,
+    b"; ".join(b"c%d=%s" % (number, b"y" * 200) for number in range(100)),
+)
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_cookies_of_other_programs_are_passed_over(foreign):
+    for header in (foreign + b"; tumble_bench_1=own", b"tumble_bench_1=own; " + foreign):
+        assert "own" in list(cookie_values(header, "tumble_bench_1"))
+        assert b"tumble_bench_1=own" in only_cookie(header, "tumble_bench_1").split(b"; ")
+        assert len(only_cookie(header, "tumble_bench_1")) < 100
+
+
+def test_a_browser_with_cookies_of_other_programs_has_its_page(tmp_path):
+    with serving(tmp_path / "bench") as bench:
+        own = BenchClient(bench.served["operator"]).cookie
+        name = own.partition("=")[0]
+        assert name == f"tumble_bench_{urlsplit(bench.site).port}"
+        cookie = f'a="b; [x]=1; {name}=stale; big={"x" * 20_000}; {own}'
+        with BenchClient(bench.served["operator"], "/run", cookie) as page:
+            page.beat()
+            page.wait(lambda: page.shows("You hold the bench"))
+
+
+def test_bad_pem_files_are_one_line(tmp_path):
+    good, other = write_pem(tmp_path, "good"), write_pem(tmp_path, "other")
+    hidden = write_pem(tmp_path, "hidden", b"password")
+    nonsense, empty = tmp_path / "nonsense.pem", tmp_path / "empty.pem"
+    nonsense.write_bytes(random.Random(1).randbytes(5000))
+    empty.write_bytes(b"")
+    unreadable = tmp_path / "missing.pem"
+    for certificate, key in (
+        (good[0], other[1]),
+        (good[0], nonsense),
+        (good[0], empty),
+        (nonsense, good[1]),
+        (empty, good[1]),
+        (good[1], good[0]),
+        (good[0], hidden[1]),
+        (good[0], unreadable),
+        (tmp_path, good[1]),
+    ):
+        done = typed(
+            "bench", "--folder", tmp_path / "b", "--port", "0", "--certificate", certificate, "--key", key
+        )
+        assert done.code == 2
+        assert "PEM" in one_line(done.err)
+
+
+def nonsense(chance):
+    """Returns bytes that are no request, or nearly one."""
+    kind = chance.choice(["noise", "request", "headers", "upgrade", "tls"])
+    noise = chance.randbytes(chance.randint(1, 400))
+    if kind == "request":
+        return b"GET /" + noise + b" HTTP/1.1\r\nHost: 127.0.0.2\r\n\r\n"
+    if kind == "headers":
+        return b"GET / HTTP/1.1\r\nHost: 127.0.0.2\r\n" + noise.replace(b"\n", b":") * 300 + b"\r\n\r\n"
+    if kind == "upgrade":
+        head = b"GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1\r\nHost: 127.0.0.2\r\n"
+        return (
+            head + b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: " + noise + b"\r\n\r\n"
+        )
+    return (b"\x16\x03\x01" if kind == "tls" else b"") + noise
+
+
+def test_nonsense_on_a_line_leaves_the_bench_as_it_is(tmp_path):
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    chance = random.Random(seed)
+    pair = write_pem(tmp_path, "server")
+    for options in ((), ("--certificate", pair[0], "--key", pair[1])):
+        with serving(tmp_path / f"bench{len(options)}", *options) as bench:
+            place = urlsplit(bench.site)
+            for _ in range(3000 if SOAK else 60):
+                with suppress(OSError), socket.create_connection((place.hostname, place.port), 30.0) as line:
+                    is_secured = options and chance.random() < 0.5
+                    with unsafe_tls().wrap_socket(line) if is_secured else line as end:
+                        end.sendall(nonsense(chance))
+                        end.shutdown(socket.SHUT_WR)
+                        end.recv(1 << 12)
+            with BenchClient(bench.served["operator"]) as page:
+                page.beat()
+                page.wait(lambda page=page: page.shows("You hold the bench"))
