@@ -55,7 +55,7 @@ def serving(folder, *options):
 
 
 def silent_line(place, number):
-    """Opens a line from one of many computers, and says nothing."""
+    """Opens a line from one of many computers, and sends nothing."""
     line = socket.socket()
     line.bind((f"127.1.{number % 250 + 1}.1", 0))
     line.connect((place.hostname, place.port))

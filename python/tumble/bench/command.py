@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.errors import print_notice
 from tumble.cli.registry_option import RegistryOption
 from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption, MakerOptions, RateOption
 from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.file_status import is_file, is_folder
+from tumble.foundation.words import count_of
 from tumble.logs.optional import install_command
 
 if TYPE_CHECKING:
@@ -106,9 +108,17 @@ def bench_command(
         try:
             _needed("server_log").hide_secrets_in_logs()
             served = server.BenchServer(bench)
-            served.serve_until_ended(lambda: _show_address(bench, served.port, as_json))
+            try:
+                served.serve_until_ended(lambda: _show_address(bench, served.port, as_json))
+            finally:
+                _report_dropped(served.dropped.count)
         finally:
             bench.close()
+
+
+def _report_dropped(count: int) -> None:
+    if count:
+        print_notice(f"{count_of('message', count)} of browsers made no sense, and changed nothing")
 
 
 def _simulation(folder: Path, speed: float, rate: float) -> SimulatedBench:

@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from nicegui import app as nicegui_app
@@ -20,8 +19,9 @@ from starlette.middleware.gzip import GZipMiddleware
 from tumble.bench.access import COOKIE, Browser
 from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
-from tumble.bench.gate import BROWSER, LARGEST_BODY, LARGEST_MESSAGE, Gate
-from tumble.bench.line import MOST_LINES, BrowserLine, Lines
+from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, Gate
+from tumble.bench.line import MOST_LINES, Lines
+from tumble.bench.line_server import LineServer
 from tumble.bench.messages import Dropped, guard_messages
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
@@ -46,40 +46,29 @@ GRACE = 2
 """s for open connections to end once the server is to."""
 
 
-class BenchServer(uvicorn.Server):
+class BenchServer(LineServer):
     """Serves a bench until `should_exit`, or any signal that would end the program."""
 
     def __init__(self, bench: Bench) -> None:
         settings = bench.settings
         tls = server_context(settings.certificate, settings.key)
-        self.socket = _listening(settings)
+        listening = _listening(settings)
+        self.port: int = listening.getsockname()[1]
+        """Port at which it listens."""
         bench.access.cookie = f"{COOKIE}_{self.port}"
         self.dropped = Dropped()
-        self._lines = Lines(bench.access.cookie, tls)
-        self._accepting: asyncio.Task[None] | None = None
         self._pages = _application(bench)
         guard_messages(self.dropped)
-        gate = Gate(self._pages, bench.access, settings, self._lines.note_known)
+        lines = Lines(bench.access.cookie, tls)
+        gate = Gate(self._pages, bench.access, settings, lines.note_known)
         super().__init__(
-            uvicorn.Config(
-                GZipMiddleware(gate, compresslevel=COMPRESSION),
-                log_level="error",
-                log_config=None,
-                ws="websockets-sansio",
-                ws_max_size=LARGEST_MESSAGE,
-                ws_per_message_deflate=False,
-                h11_max_incomplete_event_size=LARGEST_BODY,
-                timeout_graceful_shutdown=GRACE,
-                server_header=False,
-                date_header=False,
-            )
+            GZipMiddleware(gate, compresslevel=COMPRESSION),
+            listening,
+            lines,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=GRACE,
+            date_header=False,
         )
-
-    @property
-    def port(self) -> int:
-        """Port at which it listens."""
-        number: int = self.socket.getsockname()[1]
-        return number
 
     def serve_until_ended(self, tell: Callable[[], None] = lambda: None) -> None:
         """Serves until `should_exit` or a signal; calls `tell` once a page would come at once.
@@ -92,37 +81,18 @@ class BenchServer(uvicorn.Server):
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
         """Ends the server in order at any signal that would end the program, which ends by it afterwards."""
-        with stopped_by_signals(self._end_soon) as heard:
+        with stopped_by_signals(self._end_soon) as received:
             yield
-        if heard:
-            raise end_of(heard[0])
+        if received:
+            raise end_of(received[0])
 
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Ends as uvicorn does, and waits for no line that nobody uses."""
-        if self._accepting is not None:
-            self._accepting.cancel()
-        self.socket.close()
-        self._lines.close()
-        await super().shutdown(sockets)
+    async def before_lines(self) -> None:
+        """Builds one page: the first takes long, as it imports and compiles."""
+        await _build_page(self._pages)
+        self._tell()
 
     def _end_soon(self) -> None:
         self.should_exit = True
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Starts as uvicorn does, and builds one page: the first takes long, as it imports and compiles."""
-        await super().startup(sockets)
-        if not self.should_exit:
-            await _build_page(self._pages)
-            self._accepting = asyncio.get_running_loop().create_task(
-                self._lines.accept(self.socket, self._line), name="accept"
-            )
-            self._tell()
-
-    def _line(self) -> BrowserLine:
-        """Makes the protocol of a line, as uvicorn does of those that it accepts itself."""
-        return BrowserLine(
-            self._lines, config=self.config, server_state=self.server_state, app_state=self.lifespan.state
-        )
 
 
 async def _build_page(pages: FastAPI) -> None:
@@ -155,13 +125,11 @@ def _listening(settings: BenchSettings) -> socket.socket:
     """Listens at the port; raises `CommandError` where it is taken, or no address of this computer."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     try:
-        listening = socket.create_server((settings.host, settings.port), family=family, backlog=MOST_LINES)
+        return socket.create_server((settings.host, settings.port), family=family, backlog=MOST_LINES)
     except OSError as error:
         raise CommandError(
             f"{settings.host}:{settings.port}: {error.strerror or error}; give another --port, or --port 0"
         ) from error
-    listening.setblocking(False)
-    return listening
 
 
 def _application(bench: Bench) -> FastAPI:

@@ -6,15 +6,17 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Callable, Iterable
-from typing import Any, Final
+from typing import Final
 
-import uvicorn
 from fastapi import APIRouter, FastAPI
 from nicegui import app, core, ui
 
 from tumble.bench.access import Access
 from tumble.bench.address import entrances
-from tumble.bench.gate import LARGEST_MESSAGE, Gate
+from tumble.bench.gate import Gate
+from tumble.bench.line import Lines
+from tumble.bench.line_server import LineServer
+from tumble.bench.messages import Dropped, guard_messages
 from tumble.bench.settings import BenchSettings
 from tumble.foundation.errors import CommandError
 
@@ -33,8 +35,8 @@ class PageServer:
         routers: Iterable[APIRouter],
         work: Callable[[], None],
     ) -> None:
-        self._socket = _listening(settings)
-        port = int(self._socket.getsockname()[1])
+        listening = _listening(settings)
+        port = int(listening.getsockname()[1])
         access = Access(needs_token=True, cookie=f"tumble_view_{port}")
         self.address = entrances(settings, access, port)["operator"]
         """Address to open, with the token."""
@@ -57,23 +59,16 @@ class PageServer:
         # While it starts, NiceGUI looks through all objects of the process, also tuples that are being
         # filled; CPython then fails to fill them. So no other thread works before that.
         app.on_startup(threading.Thread(target=work, daemon=True).start)
-        gate: Any = Gate(pages, access, settings)
-        self._server = uvicorn.Server(
-            uvicorn.Config(
-                gate,
-                log_level="error",
-                ws="websockets-sansio",
-                ws_max_size=LARGEST_MESSAGE,
-                timeout_graceful_shutdown=1,
-                server_header=False,
-            )
-        )
+        guard_messages(Dropped())
+        lines = Lines(access.cookie)
+        gate = Gate(pages, access, settings, lines.note_known)
+        self._server = LineServer(gate, listening, lines, timeout_graceful_shutdown=1)
 
     def run(self, *, opens_browser: bool) -> None:
         """Serves until Ctrl-C."""
         if opens_browser:
             threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
-        self._server.run(sockets=[self._socket])
+        self._server.run(sockets=[])
 
 
 def _listening(settings: BenchSettings) -> socket.socket:
