@@ -113,6 +113,22 @@ def test_a_thread_that_holds_a_table_ends_with_the_program():
         table.wait_until_it_is_stopped()
 
 
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
+def test_a_killed_program_leaves_its_table_to_a_survivor(number):
+    with moving("-m", "tumble", *TURNING) as (process, table):
+        process.send_signal(number)
+        table.wait_until_it_is_stopped()
+        assert "its program died, and the table was stopped" in process.communicate(timeout=60)[1]
+
+
+def test_a_crash_in_native_code_leaves_the_table_to_a_survivor():
+    program = textwrap.dedent(IN_A_THREAD.format(main="import os; sys.stdin.readline(); os.abort()"))
+    with moving("-c", program, stdin=subprocess.PIPE) as (process, table):
+        process.communicate("\n", timeout=60)
+        assert process.returncode == -signal.SIGABRT
+        table.wait_until_it_is_stopped()
+
+
 def test_a_suspended_program_leaves_its_table_at_rest():
     with moving("-m", "tumble", *TURNING) as (process, table):
         process.send_signal(signal.SIGTSTP)
@@ -161,7 +177,7 @@ def simulated_units():
 
 
 def test_a_live_session_stops_its_table_at_each_signal(tmp_path):
-    for number in drawn(SIGNALS):
+    for number in drawn((*SIGNALS, signal.SIGKILL)):
         with simulated_units() as (simulation, table):
             words = ["--live", *words_of(simulation), "--pose-seconds", "2s", "--armed"]
             folder = tmp_path / signal.Signals(number).name
@@ -175,7 +191,7 @@ def test_a_live_session_stops_its_table_at_each_signal(tmp_path):
 
 
 def test_a_bench_stops_its_table_at_each_signal(tmp_path):
-    for number in drawn(SIGNALS):
+    for number in drawn((*SIGNALS, signal.SIGKILL)):
         with simulated_units() as (simulation, table):
             bench = BenchProcess(tmp_path / signal.Signals(number).name, "--port", "0")
             try:

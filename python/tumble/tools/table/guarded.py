@@ -20,6 +20,7 @@ from tumble.tools.table.axes import FREE, Axis, AxisLimits
 from tumble.tools.table.bounds import exceeded
 from tumble.tools.table.motion import travel_time
 from tumble.tools.table.rate_table import RateTable
+from tumble.tools.table.survivor import survivor
 
 Answer = TypeVar("Answer")
 
@@ -46,7 +47,8 @@ class GuardedTable:
     holds the table and whatever the main thread does. Outside the main thread it can be armed only where that
     one is within `tumble.foundation.ending.watched`. So does silence: a driver raises where a query is not
     answered in time. A line that is lost is opened once more to send the stop. After any error nothing moves
-    until the table is entered again.
+    until the table is entered again. A process beside the program stops a table that has an address where the
+    program is killed or crashes.
 
     A motion to angles has settled when the driver reports it *and* the table stands there: a driver that
     reports the end of a motion before it began, or of one that a collision ended, is not relied on.
@@ -99,6 +101,9 @@ class GuardedTable:
                 except RuntimeError as error:
                     raise TableError(f"{self.name}: is not armed in a thread where {error}") from error
             self._table.__enter__()
+            # A driver of another package may not state an address.
+            if self.armed and (address := getattr(self._table, "address", "")):
+                stack.enter_context(survivor(address))
             self._registered = stack.pop_all()
         return self
 

@@ -24,6 +24,10 @@ class RateTable(Protocol):
         """Name of the table in messages."""
 
     @property
+    def address(self) -> str:
+        """Address by which another process opens it; empty for a table that ends with this one."""
+
+    @property
     def axes(self) -> tuple[Axis, ...]:
         """The axes, with the limits of the maker."""
 

@@ -61,6 +61,7 @@ class SimulatedTable:
         self, axes: tuple[Axis, ...], now: Callable[[], float] = clock.now, name: str = "simulated"
     ) -> None:
         self.name = name
+        self.address = ""
         self.axes = axes
         self._now = now
         self._motions = [AxisMotion() for _ in axes]

@@ -46,6 +46,7 @@ class TextRateTable:
 
     def __init__(self, address: TableAddress, profile: TableProfile) -> None:
         self.name = profile.name
+        self.address = address.text
         self.axes: tuple[Axis, ...] = tuple(axis.axis(profile.units) for axis in profile.axes)
         self.remarks = () if profile.tried else (UNTRIED,)
         self._address = address
