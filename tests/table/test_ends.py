@@ -218,3 +218,29 @@ def start(page, simulation):
     page.fill("Time at each pose (s)", "2")
     page.click("Arm the table")
     page.click("Start")
+
+
+def test_a_bench_that_was_killed_goes_on_armed_by_nobody(tmp_path):
+    with simulated_units() as (simulation, table):
+        killed = BenchProcess(tmp_path, "--port", "0")
+        with BenchClient(killed.address) as page, page.beating():
+            page.wait(lambda: page.shows("You hold the bench"))
+            start(page, simulation)
+            table.wait_until_it_moves()
+            page.wait(lambda: any(tmp_path.glob("*/session/session.yaml")))
+            killed.kill()
+        table.wait_until_it_is_stopped()
+        again = BenchProcess(tmp_path, "--port", "0")
+        try:
+            with BenchClient(again.address, "/run") as page, page.beating():
+                page.wait(lambda: page.shows("You hold the bench"))
+                page.wait(lambda: page.shows("was not finished"))
+                page.click("Go on")
+                page.wait(lambda: page.shows(f"Table: {simulation.table_address}"))
+                assert table.told[-1] == "stop"
+                page.click("Arm the table and go on")
+                table.wait_until_it_moves()
+                page.click("Stop")
+                table.wait_until_it_is_stopped()
+        finally:
+            again.end()
