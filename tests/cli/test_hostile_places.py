@@ -16,8 +16,9 @@ from made_up_certificates import project_file
 from repetitions import SOAK
 from tumble.fleet.parts import Outcome, rows, write_parts
 from tumble.fleet.places import FileStore, StoreError
-from tumble.foundation.errors import OutputError
+from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
+from tumble.laboratory.documents import Documents
 from tumble.laboratory.registry import Registry
 from tumble.procedures.turntable.batch import Batch
 from tumble.procedures.turntable.record import TargetRecord
@@ -131,3 +132,16 @@ def test_a_line_of_a_batch_names_no_file_elsewhere(tmp_path, monkeypatch):
     path.write_text(line.replace('"stem":"target_1"', '"stem":"../target_1"'))
     with pytest.raises(OutputError, match="is no batch of tumble turntable, and is kept"):
         Batch(tmp_path / "results")
+
+
+def test_a_pipe_among_files_of_a_job_or_a_registry_is_never_read(tmp_path):
+    store, documents = tmp_path / "results", tmp_path / "documents"
+    store.mkdir()
+    os.mkfifo(store / "status.json")
+    with patient(), pytest.raises(StoreError, match=r"status\.json: is a device or a pipe"):
+        FileStore(str(store)).read("status.json")
+    digest = "ab" * 32
+    (documents / "ab").mkdir(parents=True)
+    os.mkfifo(documents / "ab" / digest)
+    with patient(), pytest.raises(TumbleError, match="is a device or a pipe"):
+        Documents(str(documents)).read(digest)

@@ -8,9 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import write_shared
 from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import plain, quoted
+
+_LARGEST = 16 << 20
+"""Bytes of a file that is read whole."""
 
 
 class StoreError(TumbleError):
@@ -47,13 +52,23 @@ class FileStore:
         return f"{self.root.rstrip('/')}/{name}"
 
     def read(self, name: str) -> bytes | None:
-        """Returns the content of a file; None where there is none."""
+        """Returns the content of a small file, such as the status of a job; None where there is none."""
+        path = self.within(name)
+        if self.is_local:
+            try:
+                return read_whole(path, _LARGEST, "part of a job", error=StoreError)
+            except StoreError:
+                if exists(path):
+                    raise
+                return None  # another driver may have removed it meanwhile
         try:
-            content: bytes = self.files.cat_file(self.within(name))
+            content: bytes = self.files.cat_file(path, start=0, end=_LARGEST + 1)
         except FileNotFoundError:
             return None
         except Exception as error:
             raise store_error(self.url, error) from error
+        if len(content) > _LARGEST:
+            raise StoreError(f"{self}: {name} is larger than {_LARGEST >> 20} MiB, and no part of a job")
         return content
 
     def write(self, name: str, content: bytes) -> None:

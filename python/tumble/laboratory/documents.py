@@ -9,11 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import OutputError
+from tumble.foundation.file_reading import read_whole
+from tumble.foundation.file_status import exists
 from tumble.foundation.files import FileKind, make_folder, replacing
 from tumble.laboratory.database import RegistryError
 
 _ANYTHING = FileKind("a document", re.compile(b""))
 _HASH = re.compile(r"[0-9a-f]{64}")
+
+_LARGEST = 1 << 28
+"""Bytes of a document: pages and certificates take a hundredth of it."""
 
 
 class Documents:
@@ -43,8 +48,11 @@ class Documents:
 
     def raw(self, digest: str) -> bytes:
         """Return a document as it lies there; raises `RegistryError` where it cannot be read."""
+        path = self._path(digest)
+        if self._is_folder and exists(path):
+            return read_whole(path, _LARGEST, "document", remedy="restore it", error=RegistryError)
         try:
-            found: bytes = self._files.cat_file(self._path(digest))
+            found: bytes = self._files.cat_file(path, start=0, end=_LARGEST)
         except FileNotFoundError:
             raise RegistryError(
                 f"{self._path(digest)}: document is missing; restore it from a backup"
