@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import fcntl
 import os
-import time
 
 import pytest
 
 from tumble.bench.authority import acting
+
+PROCESS = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -16,8 +17,8 @@ def core(tmp_path_factory):
     """A simulated bench and its browser keep a core busy: files of tests take turns, one a core."""
     shared = tmp_path_factory.getbasetemp().parent
     places = [(shared / f"bench-{number}.lock").open("w") for number in range(os.cpu_count() or 1)]
-    while not any(_taken(place) for place in places):
-        time.sleep(0.2)
+    if not any(_taken(place) for place in places):
+        fcntl.flock(places[PROCESS % len(places)], fcntl.LOCK_EX)
     yield
     for place in places:
         place.close()

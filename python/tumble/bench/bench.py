@@ -110,7 +110,7 @@ class Bench(Shared):
         self._recall()
         self.offered = unfinished(self.folder)
         """A run that a killed server left, and that may go on; None where there is none."""
-        self._watchdog = threading.Thread(target=self._watch_operator, name="watchdog", daemon=True)
+        self._watchdog = clock.thread(self._watch_operator, name="watchdog")
         self._watchdog.start()
         self.choose(self.choice.word)
         self.sources.watch(True)
@@ -328,7 +328,7 @@ class Bench(Shared):
     def close(self) -> None:
         """Pauses what runs, and lets go of all lines."""
         self._ends.set()
-        self._watchdog.join()
+        clock.wait(self._watchdog)
         self.engine.close()
         self.sources.watch(False)
 
@@ -395,7 +395,7 @@ class Bench(Shared):
         self.revision += 1
         if self.engine.state in ("idle", "result", "error"):
             self._armed = None
-            threading.Thread(target=self._watch_again, name="watch again", daemon=True).start()
+            clock.thread(self._watch_again, name="watch again").start()
 
     @as_bench
     def _watch_again(self) -> None:
@@ -413,7 +413,7 @@ class Bench(Shared):
     @as_bench
     def _watch_operator(self) -> None:
         """Stops a table whose operator's browser is gone."""
-        while not self._ends.wait(BETWEEN_LOOKS):
+        while not clock.wait(self._ends, BETWEEN_LOOKS):
             if self.engine.moves_table and self._is_operator_gone():
                 self.engine.pause(
                     message(

@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 from tumble.bench.authority import Shared, as_bench
 from tumble.bench.run_commands import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder
+from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
 from tumble.tools.guided.order import RunOrder
@@ -95,7 +96,7 @@ class Engine(Shared):
             self._ends, self._is_to_end, self.state = "pause", False, "running"
             if order.resume:
                 self._remember("go on")
-            self._thread = threading.Thread(target=self._work, args=(self.folder,), name="run", daemon=True)
+            self._thread = clock.thread(self._work, self.folder, name="run")
             self._thread.start()
         self._on_change()
 
@@ -108,7 +109,7 @@ class Engine(Shared):
         with self._lock:
             if self.state == "paused":
                 self.state = "calibrating"
-                self._thread = threading.Thread(target=self._finish_paused, name="run", daemon=True)
+                self._thread = clock.thread(self._finish_paused, name="run")
                 self._thread.start()
                 self._remember("finish")
                 return
@@ -163,7 +164,7 @@ class Engine(Shared):
         """Pauses what runs, and waits until its recording is whole."""
         self.pause()
         if self._thread is not None:
-            self._thread.join()
+            clock.wait(self._thread)
 
     def _end(self, how: Literal["pause", "finish"], why: Message | None = None) -> None:
         with self._lock:

@@ -12,6 +12,7 @@ from types import TracebackType
 import numpy as np
 
 from tumble.bench.sources import BenchSource
+from tumble.foundation import clock
 from tumble.tools.demo.scene import write_limits
 from tumble.tools.guided.field import FieldValue
 from tumble.tools.guided.view import RunView
@@ -85,9 +86,9 @@ class SimulatedBench:
             if part.kind == SET:
                 write_set(simulation, self._folder / SET_FILE)
         self.sources = tuple(self._found())
-        thread = threading.Thread(target=self._keep_going, name="simulated bench", daemon=True)
+        thread = clock.thread(self._keep_going, name="simulated bench")
         thread.start()
-        self._stack.callback(thread.join)
+        self._stack.callback(clock.wait, thread)
         self._stack.callback(self._ends.set)
         return self
 
@@ -121,7 +122,7 @@ class SimulatedBench:
 
     def _keep_going(self) -> None:
         """Begins motions that have ended anew, on the same ports."""
-        while not self._ends.wait(0.5):
+        while not clock.wait(self._ends, 0.5):
             for part, simulation in self._running.items():
                 if simulation.wait(0.0):
                     simulation.__exit__(None, None, None)
