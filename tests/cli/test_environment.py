@@ -95,8 +95,8 @@ def test_a_place_that_holds_something_else_is_refused_before_any_work(tmp_path, 
 
 def test_control_c_between_import_and_call_leaves_no_traceback():
     """Scripts that pip writes compile a regular expression there."""
-    code = "from tumble.cli.console import main\nimport os, time\n"
-    code += f"os.kill(os.getpid(), {signal.SIGINT})\ntime.sleep(5)\nmain()"
+    code = "from tumble.cli.console import main\nimport os, signal\n"
+    code += f"os.kill(os.getpid(), {signal.SIGINT})\nsignal.pause()\nmain()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
@@ -112,10 +112,10 @@ def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
         "class Last:\n"
         f"    def __del__(self): os.kill(os.getpid(), {signal.SIGINT}); sum(range(1000))\n"
         "Last()\n"
-        "import time; time.sleep(0.2)\n"
+        "import signal; signal.pause()\n"
     )
     code = "from tumble.cli import control_c; control_c.heed_control_c_between_steps()\n"
-    code += "import sys, time\ntry:\n    import pyarrow\n    time.sleep(5)\n"
+    code += "import signal, sys\ntry:\n    import pyarrow\n    signal.pause()\n"
     code += "except KeyboardInterrupt: sys.exit(130)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     done = subprocess.run(
@@ -127,11 +127,11 @@ def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
 def test_control_c_while_a_thread_starts_ends_the_process():
     """A worker that no executor knows of waits for work for ever, and the process for the worker."""
     code = "from tumble.cli import control_c; control_c.heed_control_c_between_steps()\n"
-    code += "import os, sys, threading, time\nfrom concurrent.futures import ThreadPoolExecutor\n"
+    code += "import os, signal, sys, threading\nfrom concurrent.futures import ThreadPoolExecutor\n"
     code += "wait = threading.Event.wait\n"
     code += f"threading.Event.wait = lambda self: wait(self) and os.kill(os.getpid(), {signal.SIGINT})\n"
     code += "workers = ThreadPoolExecutor()\n"
-    code += "try:\n    workers.submit(int)\n    time.sleep(5)\nexcept KeyboardInterrupt: sys.exit(130)"
+    code += "try:\n    workers.submit(int)\n    signal.pause()\nexcept KeyboardInterrupt: sys.exit(130)"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=30
     )
@@ -140,7 +140,7 @@ def test_control_c_while_a_thread_starts_ends_the_process():
 
 def test_control_c_as_the_core_first_uses_numpy_is_no_panic():
     code = """
-import os, sys, time
+import os, signal, sys
 import numpy as np
 from numpy.lib import NumpyVersion
 from tumble import _core
@@ -155,7 +155,7 @@ interrupted.__code__ = interrupted.__code__.replace(co_filename=asked.__code__.c
 NumpyVersion.__init__ = interrupted
 try:
     _core.rotation_matrix(np.zeros(3))
-    time.sleep(5)
+    signal.pause()
 except KeyboardInterrupt:
     sys.exit(130)
 """

@@ -99,9 +99,9 @@ def test_control_c_is_raised_in_no_library_that_could_lose_it(tmp_path):
         "        sum(range(1000))\n"
         "def work(): type('Owner', (), {'set': Set()})\n"
     )
-    code = "import sys, time, lossy\nfrom tumble.cli import control_c\n"
+    code = "import signal, sys, lossy\nfrom tumble.cli import control_c\n"
     code += "control_c.heed_control_c_between_steps()\n"
-    code += "try:\n    lossy.work()\n    time.sleep(60)\nexcept KeyboardInterrupt: sys.exit(130)"
+    code += "try:\n    lossy.work()\n    signal.pause()\nexcept KeyboardInterrupt: sys.exit(130)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(library.parent), *sys.path])}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment
