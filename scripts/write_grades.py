@@ -22,10 +22,10 @@ TEXT = '''\
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 from tumble import _core
+from tumble.foundation.bounded_json import parse_json
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Grade:
     @classmethod
     def named(cls, name: str) -> Grade:
         """One of `grade_names()`; raises `ValueError` for another name."""
-        figures = json.loads(_core.sensor_grade(name))
+        figures = parse_json(_core.sensor_grade(name))
         accelerometer = TriadGrade(**figures.pop("accelerometer"))
         gyroscope = TriadGrade(**figures.pop("gyroscope"))
         return cls(name=name, accelerometer=accelerometer, gyroscope=gyroscope, **figures)
