@@ -11,6 +11,7 @@ from tumble.bench.authority import NotOperatorError, Shared, acting
 from tumble.bench.bench import Bench
 from tumble.bench.engine import Engine
 from tumble.bench.fleet_view import FleetView
+from tumble.bench.log.procedure_panel import Workplace
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.run_folder import RunFolder
 from tumble.bench.settings import BenchSettings
@@ -114,6 +115,28 @@ def test_a_paused_run_moves_no_other_table_than_was_shown(bench, tmp_path):
         with pytest.raises(TumbleError, match="not the one that was armed"):
             bench.resume(armed=armed)
     assert bench.engine.state == "paused"
+
+
+def test_only_those_who_may_operate_stop_a_run(tmp_path, monkeypatch):
+    bench = Bench(BenchSettings(folder=tmp_path, host="127.0.0.2"))
+    paused = []
+    monkeypatch.setattr(bench.engine, "pause", paused.append)
+    bench.engine.state = "running"
+    with acting(lambda: False):
+        bench.stop(bench.access.enter(bench.access.viewer_token, ""))
+        assert paused == []
+        bench.stop(bench.access.enter(bench.access.token, ""))
+        assert len(paused) == 1
+    bench.engine.state = "idle"
+    monkeypatch.undo()
+    bench.close()
+
+
+def test_results_of_a_procedure_are_written_for_the_operator_only(tmp_path):
+    workplace = Workplace(tmp_path, is_bound=True)
+    assert workplace.place("again") == tmp_path / "again"
+    with acting(lambda: False), pytest.raises(NotOperatorError):
+        workplace.place("again")
 
 
 @pytest.mark.parametrize("kind", [Bench, Engine, BenchSources, RegistryView, FleetView])

@@ -43,8 +43,9 @@ WELL_FORMED = (
     [{"value": True}],
     [[0.0, 1.0]],
 )
-MALFORMED = (None, [None], "text", 7, [["a"], {"b": []}], [{"args": {}}], [1e400], ["\x00\n\u202e"], {"0": 1})
+MALFORMED = (None, [None], "text", 7, [["a"], {"b": []}], [{"args": {}}], [1e308], ["\x00\n\u202e"], {"0": 1})
 FRAMES = (
+    '42["event",{"args":[Infinity]}]',
     "",
     "x",
     "9",

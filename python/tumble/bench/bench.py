@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from tumble.bench.access import BROWSER_GONE, Access
+from tumble.bench.access import BROWSER_GONE, Access, Browser
 from tumble.bench.authority import Shared, as_bench, query
 from tumble.bench.engine import Engine
 from tumble.bench.fleet_view import FleetView
@@ -225,9 +225,9 @@ class Bench(Shared):
         self.offered = None
 
     @as_bench
-    def stop(self) -> None:
+    def stop(self, browser: Browser) -> None:
         """Stops what runs, and the table: a safe state, to which whoever may operate may bring the bench."""
-        if self.engine.state == "running":
+        if browser.rank == "operator" and self.engine.state == "running":
             self.engine.pause(message("Stopped by the operator."))
 
     def adopt_offer(self) -> None:

@@ -13,6 +13,7 @@ from fastapi import APIRouter, HTTPException
 from fastapi.responses import FileResponse
 from nicegui import run, ui
 
+from tumble.bench.authority import refuse_unless_allowed
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.procedures import PROCEDURES, Procedure
@@ -48,12 +49,15 @@ class Workplace:
     folder: Path
     """Folder to which the folders of results are relative."""
     is_bound: bool = False
-    """Indicates whether they must be within it: whoever asks may be at another computer."""
-    may_run: Callable[[], bool] = lambda: True
-    """Returns whether the page may run procedures now."""
+    """Indicates whether they must be within it: whoever asks may be at another computer, or only look."""
 
     def place(self, typed: str) -> Path:
-        """Returns the folder of results that was typed; raises `OutputError` where it is out of bounds."""
+        """Returns the folder of results that was typed.
+
+        Raises `OutputError` where it is out of bounds, and `NotOperatorError` for those who only look.
+        """
+        if self.is_bound:
+            refuse_unless_allowed()
         wanted = self.folder / typed
         if self.is_bound and not wanted.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(f"{typed}: is not within {self.folder}; give a folder in it")
@@ -195,9 +199,6 @@ class ProcedurePanel:
     def _runs(self, procedure: Procedure, units: Callable[[], list[ViewedUnit]]) -> Callable[[], Any]:
         async def act() -> None:
             taken = units()
-            if not self._workplace.may_run():
-                self._report(translated("Another browser holds the bench; ask for it first."))
-                return
             if procedure.roles and len(taken) == 1:
                 self._report(translated("Choose at least one unit beside {name}.", name=taken[0].name))
                 return
@@ -213,7 +214,7 @@ class ProcedurePanel:
                     self._workplace.place(typed),
                 )
             except TumbleError as error:
-                self._show(procedure, str(error), None)
+                self._show(procedure, translated(str(error)), None)
                 return
             finally:
                 self._report("")

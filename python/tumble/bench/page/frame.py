@@ -186,9 +186,7 @@ class PageFrame:
 
     def _stop_now(self) -> None:
         """Stops what runs; whoever may operate may stop, whether the bench is theirs or not."""
-        page = self._page
-        if page.browser.rank == "operator":
-            page.bench.stop()
+        self._page.bench.stop(self._page.browser)
 
     def _ask_for_it(self) -> None:
         page = self._page

@@ -42,7 +42,7 @@ class LogScreen:
             page.notify(page.text(message(str(error))))
             return
         self._place.clear()
-        workplace = Workplace(page.bench.folder, is_bound=True, may_run=lambda: page.operates)
+        workplace = Workplace(page.bench.folder, is_bound=True)
         logs = page.bench.logs
         with self._place:
             RecordingScreen(viewing, logs.samples, logs.pages, page.language, workplace).show()
