@@ -12,6 +12,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import list_files
 from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption
+from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
 from tumble.tools.viewers.command_options import ViewerOptions
@@ -77,10 +78,15 @@ def view_command(
     from tumble.bench.log.serving import serve
 
     def tell(address: str) -> None:
+        # Here the token is to be read: it is the way in.
         if as_json:
-            print_event("serving", {"address": address})
-        else:
-            print(f"{viewing.title}: {address}\nCtrl-C ends it.", flush=True)
+            with drawing():
+                print_event("serving", {"address": address})
+            return
+        print(f"{viewing.title}: ", end="")
+        with drawing():
+            print(address)
+        print("Ctrl-C ends it.", flush=True)
 
     serve(viewing, port, opens_browser=not no_browser, tell=tell)
 
