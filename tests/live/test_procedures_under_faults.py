@@ -309,7 +309,7 @@ def test_full_disk_is_one_line_and_recorded_samples_are_readable(
         original(self, chunk)
 
     monkeypatch.setattr(UnitParts, "write", write)
-    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.1)
     words = []
     for name in ("a", "b"):
         (tmp_path / f"{name}.csv").write_bytes(text_lines(resting(400, seed=len(words))))

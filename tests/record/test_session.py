@@ -338,7 +338,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(
         original(self, chunk)
 
     monkeypatch.setattr(UnitParts, "write", write)
-    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.1)
     slow = [f"{name}=replay:{tmp_path / name}.csv" for name in logs]
     refused = one_line(typed("record", *slow, "-o", session))
     assert "No space left on device" in refused

@@ -10,7 +10,8 @@ import sys
 
 from live_benches import simulated_bench, words_of
 from tumble.foundation import clock
-from turntable_sessions import typed
+from tumble.tools.record.writer import FLUSH_EVERY
+from typed_commands import typed
 
 
 def killed_on_bench(words, after, operations=0, **bench):
@@ -63,7 +64,7 @@ def _kill_later(after, operations):
 
 def main():
     given = json.loads(sys.argv[1])
-    with simulated_bench(**given["bench"]) as bench:
+    with simulated_bench(**given["bench"], flush=FLUSH_EVERY) as bench:
         clock.thread(_kill_later, given["after"], given["operations"], name="killer").start()
         typed(*filled(given["words"], bench))
         _kill()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
-import io
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +10,11 @@ import numpy as np
 from scipy.stats import chi2
 
 import tumble
-from tumble.cli import main as command_line
 from tumble.foundation.recording import Chunk
 from tumble.tools.simulate import simulate_turntable, write_turntable
+from typed_commands import Done, typed
+
+__all__ = ["Done", "typed"]
 
 QUICK = {
     "rate_hz": 100.0,
@@ -41,36 +40,6 @@ def simulate(seed, **changes):
 
 def calibrate(session, **options):
     return tumble.turntable(session.reference, session.targets, **options)
-
-
-@dataclass(frozen=True)
-class Done:
-    """Exit of a command."""
-
-    code: int
-    out: str
-    err: str
-
-    @property
-    def text(self):
-        """Printed text, on one line."""
-        return " ".join(self.out.split())
-
-
-def typed(*arguments):
-    """Runs `tumble ...` as typed, in this process; a bug of ours comes out as the exception it is."""
-    out, err = io.StringIO(), io.StringIO()
-    before = sys.argv
-    sys.argv = ["tumble", *map(str, arguments)]
-    code = 0
-    try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            command_line.main()
-    except SystemExit as end:
-        code = end.code or 0
-    finally:
-        sys.argv = before
-    return Done(code, out.getvalue(), err.getvalue())
 
 
 def refusal(*arguments):

@@ -1,0 +1,40 @@
+"""Commands as they are typed, in this process."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from dataclasses import dataclass
+
+from tumble.cli import main as command_line
+
+
+@dataclass(frozen=True)
+class Done:
+    """Exit of a command."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def text(self):
+        """Printed text, on one line."""
+        return " ".join(self.out.split())
+
+
+def typed(*arguments):
+    """Runs `tumble ...` as typed, in this process; a bug of ours comes out as the exception it is."""
+    out, err = io.StringIO(), io.StringIO()
+    before = sys.argv
+    sys.argv = ["tumble", *map(str, arguments)]
+    code = 0
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            command_line.main()
+    except SystemExit as end:
+        code = end.code or 0
+    finally:
+        sys.argv = before
+    return Done(code, out.getvalue(), err.getvalue())
