@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import logging
 
 import pytest
@@ -49,6 +50,14 @@ def test_a_secret_is_shown_by_no_error_and_no_line(address, secret):
     ):
         assert secret not in each
         assert HIDDEN in each
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_json_with_a_hidden_secret_is_still_json(address):
+    given = {"address": address.format("Secret1T"), "next": 1}
+    hidden = json.loads(without_secrets(json.dumps(given)))
+    assert "Secret1T" not in hidden["address"]
+    assert hidden["next"] == 1
 
 
 @pytest.mark.parametrize(

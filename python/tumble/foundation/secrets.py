@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 
 HIDDEN = "***"
-_ADDRESS = re.compile(r"[a-zA-Z][\w+.-]*://\S*")
-"""An address, with those that `::` chains to it."""
+_ADDRESS = re.compile(r"[a-zA-Z][\w+.-]*://[^\s\"<>]*")
+"""An address, with those that `::` chains to it; a quotation mark ends it, as RFC 3986 allows none in one."""
 _CHAINED = re.compile(r"::(?=[a-zA-Z][\w+.-]*://)")
 _BUCKETS = ("s3", "s3a", "gs", "gcs", "file", "local", "memory")
 """Schemes in which an `@` behind a slash belongs to the name of a file."""
-_QUERY = re.compile(r"(?i)([?&#;][\w.-]*(?:sig|key|secret|token|pass|pwd|cred|auth)[\w.-]*=)[^&#\s]+")
-_STATED = re.compile(r"(?i)\b((?:secret|token|password|signature|sig)=)(?!\*)[^&\s]+")
-_BARE = re.compile(r"(?<!\S)[^/@\s:]+:[^/@\s]+@")
+_QUERY = re.compile(r"(?i)([?&#;][\w.-]*(?:sig|key|secret|token|pass|pwd|cred|auth)[\w.-]*=)[^&#\s\"<>]+")
+_STATED = re.compile(r"(?i)\b((?:secret|token|password|signature|sig)=)(?!\*)[^&\s\"<>]+")
+_BARE = re.compile(r"(?<![^\s\"])[^/@\s:\"]+:[^/@\s\"]+@")
 """User and password without a scheme, as messages of libraries repeat them."""
 
 
