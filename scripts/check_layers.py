@@ -104,6 +104,7 @@ DATA = {
         "folder_lock",
         "ending",
         "workers",
+        "executors",
         "body_axes",
         "log_time",
         "magnetic",
@@ -124,6 +125,7 @@ LAYERS: dict[str, set[str]] = {
     "lazy": set(),
     "ending": set(),
     "workers": set(),
+    "executors": set(),
     "log_time": set(),
     "procedures": set(),
     "services": {"recording", "results", "units"},
@@ -177,7 +179,7 @@ LAYERS: dict[str, set[str]] = {
     "logs": READING
     | {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "log_time", "magnetic", "debugging", "_core"},
+    | {"body_axes", "executors", "log_time", "magnetic", "debugging", "_core"},
     "live": {
         "numbers",
         "units",

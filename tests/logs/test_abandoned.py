@@ -65,3 +65,21 @@ def test_a_pass_ends_whatever_became_of_those_before(before, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) == SAMPLES
+
+
+def test_abandoned_pass_that_reads_ahead_holds_up_no_beginning_thread():
+    begin = """
+import gc
+from tumble.logs.ahead import ahead
+
+def a_pass():
+    return ahead(iter(range(1, 100)))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", begin + ABANDON + "print(sum(a_pass()))"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=LONGEST_SECONDS,
+    )
+    assert done.stdout == f"{sum(range(1, 100))}\n"

@@ -7,7 +7,6 @@ import json
 import re
 from array import array
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import PurePosixPath
@@ -21,6 +20,7 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.places import matching, shown, version_at
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.executors import unjoined_executor
 from tumble.foundation.words import quoted
 
 COLUMNS = ("unit", "serial", "model", "lot", "operator", "station", "day")
@@ -167,7 +167,7 @@ def _unit(place: str) -> str:
 
 def _listed(manifest: str) -> Iterator[FleetInput]:
     rows = _manifest_rows(manifest)
-    with ThreadPoolExecutor(_READERS) as readers:
+    with unjoined_executor(_READERS) as readers:
         while some := list(islice(rows, _ROWS)):
             versions = readers.map(version_at, (row["place"] for _, row in some))
             for (number, row), version in zip(some, versions, strict=True):
