@@ -128,6 +128,24 @@ def test_foreign_pages_reach_nothing(bench):
     assert "'unsafe-inline'" not in policy.partition("script-src")[2].partition(";")[0]
 
 
+def test_ways_that_other_sites_began_leave_the_cookie(bench):
+    for which in ("operator", "viewer"):
+        path = bench.served[which].removeprefix(bench.site)
+        status, headers, text = asked(bench, path, Sec_Fetch_Site="cross-site")
+        assert (status, "set-cookie" in headers) == (200, False)
+        assert f'content="0;url={path}"' in text
+        assert "frame-ancestors 'none'" in headers["content-security-policy"]
+    operator = cookie_of(bench)
+    led = asked(bench, bench.served["viewer"].removeprefix(bench.site), Cookie=operator)
+    assert "set-cookie" not in led[1]
+
+
+def test_a_viewer_rises_by_the_link_of_operators(bench):
+    path = bench.served["operator"].removeprefix(bench.site)
+    status, headers, _ = asked(bench, path, Cookie=cookie_of(bench, "viewer"))
+    assert (status, "set-cookie" in headers) == (200, True)
+
+
 def test_names_of_hosts_that_lead_here_are_refused(tmp_path):
     with serving(tmp_path) as local:
         assert asked(local, "/")[0] == 200

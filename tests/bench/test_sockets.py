@@ -143,6 +143,37 @@ def test_whoever_enters_again_and_again_crowds_nobody_out():
     assert all(access.known(each.key) is each for each in (operator, other, viewer))
 
 
+def test_viewers_that_live_leave_room_for_operators():
+    access = Access(needs_token=True)
+    operator = access.enter(access.token, "")
+    for _ in range(2 * MOST_BROWSERS):
+        access.beat(access.enter(access.viewer_token, "").key)
+    late = access.enter(access.token, "")
+    viewer = access.enter(access.viewer_token, "")
+    assert all(access.known(each.key) is each for each in (operator, late, viewer))
+    access.beat(late.key)
+    assert access.operates(late.key)
+
+
+def test_lines_of_viewers_leave_lines_for_operators(tmp_path):
+    with serving(tmp_path / "bench") as bench, ExitStack() as lines:
+        place = urlsplit(bench.site)
+        operator, viewer = (BenchClient(bench.served[who]) for who in ("operator", "viewer"))
+        operator.beat()
+        head = f"Host: {place.netloc}\r\nCookie: {viewer.cookie}\r\n\r\n"
+        for number in range(2 * MOST_LINES):
+            line = lines.enter_context(silent_line(place, number % 4))
+            line.sendall(f"GET /bench/favicon.svg HTTP/1.1\r\n{head}".encode())
+            assert line.recv(1 << 16)
+            line.sendall(b"GET / HTTP/1.1\r\nHo")  # a request that never ends
+            if number % 64 == 0:
+                operator.beat()
+        operator.beat()
+        with operator, BenchClient(bench.served["operator"]) as other:
+            operator.wait(lambda: operator.shows("You hold the bench"))
+            other.wait(lambda: other.shows("Browser 1 holds the bench"))
+
+
 FOREIGN = (
     b"",
     b'a="b',

@@ -14,7 +14,7 @@ BROWSER_GONE = 2.0
 HOLDS_FOR = 30.0
 """s without a sign of life, after which another may take the bench without asking."""
 MOST_BROWSERS = 1000
-"""Browsers that are known at once; of more, those that gave no sign of life are forgotten first."""
+"""Browsers that are known at once; of more, viewers are forgotten first, the longest silent ones of them."""
 COOKIE = "tumble_bench"
 
 Rank: TypeAlias = Literal["operator", "viewer"]
@@ -66,8 +66,12 @@ class Access:
             self._number += 1
             browser = Browser(secrets.token_urlsafe(24), rank, address, self._number)
             self._browsers[browser.key] = browser
-            self._forget()
+            self._forget(browser)
         return browser
+
+    def rises(self, browser: Browser, token: str) -> bool:
+        """Returns whether a browser that only looks shows the token of those who may operate."""
+        return browser.rank == "viewer" and self._rank(token) == "operator"
 
     def known(self, key: str) -> Browser | None:
         """Returns the browser of a cookie; None where nobody entered with it."""
@@ -139,9 +143,10 @@ class Access:
             return "operator"
         return "viewer" if secrets.compare_digest(token.encode(), self.viewer_token.encode()) else None
 
-    def _forget(self) -> None:
+    def _forget(self, entered: Browser) -> None:
         while len(self._browsers) > MOST_BROWSERS:
-            others = (each for each in self._browsers.values() if each.key != self._operator)
-            # Whoever enters again and again must not crowd out those that are there.
-            least = min(others, key=lambda each: (each.has_lived, each.rank == "operator", each.seen))
+            kept = (self._operator, entered.key)
+            others = (each for each in self._browsers.values() if each.key not in kept)
+            # Viewers that enter again and again crowd out no operator, and signs of life cost them nothing.
+            least = min(others, key=lambda each: (each.rank == "operator", each.has_lived, each.seen))
             del self._browsers[least.key]

@@ -10,8 +10,9 @@ import re
 import secrets
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from functools import partial
+from html import escape
 from typing import Any, TypeAlias
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, urlencode, urlsplit
 
 from tumble.bench.access import Access, Browser
 from tumble.bench.authority import acting
@@ -47,6 +48,8 @@ REPORT_POLICY = (
     "sandbox allow-scripts allow-popups"
 )
 
+ANSWER_POLICY = "default-src 'none'; frame-ancestors 'none'"
+
 
 class Gate:
     """Stands before an application; see the module."""
@@ -56,11 +59,11 @@ class Gate:
         application: Application,
         access: Access,
         settings: BenchSettings,
-        note_known: Callable[[tuple[str, int]], None] = lambda _client: None,
+        note_known: Callable[[tuple[str, int], str], None] = lambda _client, _key: None,
     ) -> None:
         self.app = application
         self._note_known = note_known
-        """Notes the other end of a line that a known browser uses."""
+        """Notes the other end of a line that a known browser uses, and the key of the browser."""
         self._access = access
         self._settings = settings
         self._sockets: list[Browser] = []
@@ -99,7 +102,7 @@ class Gate:
             await _answer(send, 413, "Too large.")
         elif path in _PUBLIC:
             await self.app(scope, receive, send)
-        elif browser := self._browser(scope):
+        elif (browser := self._browser(scope)) and not self._access.rises(browser, _token(scope)):
             if path == BEAT and method == "POST":
                 self._access.beat(browser.key)
                 await _answer(send, 204, "")
@@ -112,7 +115,12 @@ class Gate:
 
     async def _enter(self, scope: Scope, send: Send) -> None:
         """Lets a browser in that shows the token, or whoever is on this computer."""
-        token = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
+        token, path = _token(scope), scope["path"]
+        path = path if path.startswith("/") and not path.startswith("//") else "/"
+        if _header(scope, b"sec-fetch-site") == "cross-site":
+            # The cookie was kept back: without another one the browser stays who it is.
+            await _lead_on(send, f"{path}?{urlencode({'token': token})}" if token else path)
+            return
         client = scope.get("client") or ("",)
         browser = self._access.enter(token, str(client[0]))
         if browser is None:
@@ -120,11 +128,7 @@ class Gate:
                 send, 403, "No entry without the token: use the link or the QR code of the terminal."
             )
             return
-        path = scope["path"] if scope["path"].startswith("/") and not scope["path"].startswith("//") else "/"
-        # A page of our own leads on: a strict cookie is not sent on a way that another site began.
-        refresh = f'<meta http-equiv="refresh" content="0;url={_attribute(path)}">'
-        onward = f"<!doctype html><title>Tumble</title>{refresh}"
-        await _answer(send, 200, onward, "text/html; charset=utf-8", self._cookie(browser))
+        await _lead_on(send, path, self._cookie(browser))
 
     def _cookie(self, browser: Browser) -> tuple[bytes, bytes]:
         secure = "; Secure" if self._settings.certificate is not None else ""
@@ -136,7 +140,7 @@ class Gate:
             if key.lower() == b"cookie":
                 for each in cookie_values(value, self._access.cookie):
                     if (browser := self._access.known(each)) is not None:
-                        self._note_known(tuple(scope.get("client") or ("", 0)))
+                        self._note_known(tuple(scope.get("client") or ("", 0)), browser.key)
                         return browser
         return None
 
@@ -223,6 +227,13 @@ def _headers(policy: str) -> list[tuple[bytes, bytes]]:
     ]
 
 
+async def _lead_on(send: Send, target: str, *headers: tuple[bytes, bytes]) -> None:
+    """Answers with a page of our own that leads on: a way of another site carries no strict cookie."""
+    refresh = f'<meta http-equiv="refresh" content="0;url={escape(target, quote=True)}">'
+    page = f"<!doctype html><title>Tumble</title>{refresh}"
+    await _answer(send, 200, page, "text/html; charset=utf-8", *headers)
+
+
 async def _answer(
     send: Send, status: int, text: str, kind: str = "text/plain; charset=utf-8", *headers: tuple[bytes, bytes]
 ) -> None:
@@ -234,7 +245,7 @@ async def _answer(
         {
             "type": "http.response.start",
             "status": status,
-            "headers": [*known, (b"cache-control", b"no-store"), *_headers("default-src 'none'"), *headers],
+            "headers": [*known, (b"cache-control", b"no-store"), *_headers(ANSWER_POLICY), *headers],
         }
     )
     await send({"type": "http.response.body", "body": content})
@@ -243,6 +254,11 @@ async def _answer(
 def _header(scope: Scope, name: bytes) -> str:
     headers: Iterable[tuple[bytes, bytes]] = scope["headers"]
     return next((value.decode("latin-1") for key, value in headers if key.lower() == name), "")
+
+
+def _token(scope: Scope) -> str:
+    query: bytes = scope["query_string"]
+    return parse_qs(query.decode("latin-1")).get("token", [""])[0]
 
 
 def _length(scope: Scope) -> int:
@@ -261,9 +277,3 @@ def _hostname(host: str) -> str:
 
 def _is_page(headers: Iterable[tuple[bytes, bytes]]) -> bool:
     return any(key.lower() == b"content-type" and value.startswith(b"text/html") for key, value in headers)
-
-
-def _attribute(text: str) -> str:
-    from html import escape
-
-    return escape(text, quote=True)

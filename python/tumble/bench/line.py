@@ -13,7 +13,7 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 from tumble.bench.cookies import only_cookie
 
 MOST_LINES = 256
-"""Lines at once; of more, the oldest one that no known browser uses is closed."""
+"""Lines at once; of more, one is closed that the holder of the bench does not use."""
 MOST_LINES_OF_ONE = MOST_LINES // 2
 """Lines of one computer; of more, the same."""
 PATIENCE = 5.0
@@ -29,13 +29,15 @@ Client = tuple[str, int]
 class Lines:
     """All lines of one server, the oldest first; each counts from the moment on that it is accepted."""
 
-    def __init__(self, cookie: str, tls: ssl.SSLContext | None = None) -> None:
+    def __init__(self, cookie: str, holds: Callable[[str], bool], tls: ssl.SSLContext | None = None) -> None:
         self.cookie = cookie
         """Name of the only cookie that is read."""
+        self._holds = holds
+        """Returns whether the browser of a key holds the bench."""
         self._tls = tls
         self._open: list[AcceptedLine] = []
-        self._known: set[Client] = set()
-        """Other ends of lines on which a known browser has asked for something."""
+        self._known: dict[Client, str] = {}
+        """Other ends of lines on which a known browser has asked for something, and its key."""
 
     async def accept(self, listening: socket.socket, protocol: Callable[[], asyncio.Protocol]) -> None:
         """Accepts lines without end; `listening` does not block."""
@@ -48,9 +50,9 @@ class Lines:
                 continue
             self._enter(AcceptedLine(end, (str(address[0]), int(address[1])), protocol, self._tls))
 
-    def note_known(self, client: Client) -> None:
-        """Notes that a known browser uses a line."""
-        self._known.add(client)
+    def note_known(self, client: Client, key: str) -> None:
+        """Notes that the known browser of a key uses a line."""
+        self._known[client] = key
 
     def close(self) -> None:
         """Closes all lines that no known browser uses."""
@@ -60,7 +62,9 @@ class Lines:
 
     def _enter(self, line: AcceptedLine) -> None:
         self._open = [each for each in self._open if not each.is_closed]
-        self._known &= {each.client for each in self._open}
+        self._known = {
+            each.client: self._known[each.client] for each in self._open if each.client in self._known
+        }
         self._open.append(line)
         of_one = [each for each in self._open if each.client[0] == line.client[0]]
         if len(of_one) > MOST_LINES_OF_ONE:
@@ -69,8 +73,18 @@ class Lines:
             self._close_one(self._open)
 
     def _close_one(self, lines: Sequence[AcceptedLine]) -> None:
-        """Closes the oldest line that no known browser uses: the newest, where all are in use."""
-        next((each for each in lines if each.client not in self._known), lines[-1]).close()
+        """Closes the oldest line of unknown browsers, or of those that only look once these have half.
+
+        The newest one may be about to serve whoever holds the bench, so that it goes last but theirs.
+        """
+        *before, newest = lines
+        unknown = [each for each in before if each.client not in self._known]
+        guests = [each for each in before if each.client in self._known and not self._is_holders(each)]
+        crowd = guests if len(guests) > len(lines) // 2 else unknown or guests or [newest]
+        crowd[0].close()
+
+    def _is_holders(self, line: AcceptedLine) -> bool:
+        return self._holds(self._known[line.client])
 
 
 class AcceptedLine:
