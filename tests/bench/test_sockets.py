@@ -6,8 +6,10 @@ import datetime
 import random
 import resource
 import socket
+import threading
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import pytest
@@ -22,7 +24,9 @@ from tumble.bench.access import MOST_BROWSERS, Access
 from tumble.bench.cookies import cookie_values, only_cookie
 from tumble.bench.gate import MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
 from tumble.bench.line import MOST_LINES
+from tumble.bench.log import open_logs
 from tumble.bench.settings import BenchSettings
+from tumble.foundation.errors import TumbleError
 from turntable_sessions import one_line, typed
 
 SILENT = 1500
@@ -172,6 +176,27 @@ def test_lines_of_viewers_leave_lines_for_operators(tmp_path):
         with operator, BenchClient(bench.served["operator"]) as other:
             operator.wait(lambda: operator.shows("You hold the bench"))
             other.wait(lambda: other.shows("Browser 1 holds the bench"))
+
+
+def test_viewers_have_few_recordings_read_at_once(monkeypatch):
+    ends, readers = threading.Event(), []
+
+    def gather():
+        readers.append(threading.current_thread())
+        ends.wait()
+
+    monkeypatch.setattr(open_logs, "open_viewing", lambda _: SimpleNamespace(gather=gather))
+    logs, refused = open_logs.OpenLogs(), 0
+    for number in range(3 * open_logs.MOST):
+        try:
+            logs.open(str(number))
+        except TumbleError:
+            refused += 1
+    ends.set()
+    for each in logs._readers:
+        each.join()
+    assert (len(readers), refused) == (open_logs.MOST, 2 * open_logs.MOST)
+    logs.open("next")
 
 
 FOREIGN = (

@@ -8,6 +8,7 @@ from fastapi import APIRouter
 
 from tumble.bench.log.procedure_panel import ResultPages
 from tumble.bench.log.samples_route import SamplesRoute
+from tumble.foundation.errors import TumbleError
 from tumble.tools.view.viewing import Viewing, open_viewing
 
 MOST = 4
@@ -21,6 +22,7 @@ class OpenLogs:
         self.samples = SamplesRoute()
         self.pages = ResultPages()
         self._open: dict[str, Viewing] = {}
+        self._readers: list[threading.Thread] = []
         self._lock = threading.Lock()
 
     @property
@@ -31,12 +33,16 @@ class OpenLogs:
     def open(self, source: str) -> Viewing:
         """Opens LOG, RESULT or SESSION, and reads it in the background.
 
-        Raises `TumbleError`, in one line, where it cannot be opened.
+        Raises `TumbleError`, in one line, where it cannot be opened, or as many as are kept are being read.
         """
         with self._lock:
             if source not in self._open:
+                self._readers = [each for each in self._readers if each.is_alive()]
+                if len(self._readers) >= MOST:
+                    raise TumbleError(f"{MOST} recordings are being read; open this one once they are there")
                 self._open[source] = open_viewing([source])
-                threading.Thread(target=self._open[source].gather, daemon=True).start()
+                self._readers.append(threading.Thread(target=self._open[source].gather, daemon=True))
+                self._readers[-1].start()
             while len(self._open) > MOST:
                 del self._open[next(iter(self._open))]
             return self._open[source]
