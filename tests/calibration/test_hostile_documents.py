@@ -6,7 +6,7 @@ import os
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import tumble
@@ -219,3 +219,32 @@ def test_every_schema_can_be_printed_without_the_documentation(name):
 
 def test_a_schema_that_there_is_not_is_refused_with_those_there_are():
     assert "calibration, poses" in one_line(typed("schema", "nothing").err)
+
+
+@given(
+    text=st.one_of(
+        st.text(st.sampled_from("0123456789eE.+-_:xob"), min_size=1, max_size=8), st.text(max_size=8)
+    ).filter(lambda text: text.isprintable())
+)
+@example(text="471e25")
+@example(text="0042")
+def test_text_of_a_document_reads_back_as_it_is(text):
+    written = documents.document_text("made up", {"serial": text, text: 1.0})
+    assert bounded_yaml.parse(written)[1] == {"serial": text, text: 1.0}
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [("010", 10), ("08", 8), ("+1", 1), ("1e-3", 1e-3), (".5", 0.5), ("5.", 5.0), ("-.inf", -float("inf"))],
+)
+def test_a_number_of_a_document_is_a_decimal(written, read):
+    assert bounded_yaml.parse(written)[1] == read
+    assert bounded_yaml.parse(f"!!float '{written}'")[1] == read
+
+
+@pytest.mark.parametrize("written", ["1:30", "1:30.5", "1_0", "0x11", "0b11", "0o7", "nan", "1e"])
+def test_no_other_notation_is_read_as_a_number(written):
+    assert bounded_yaml.parse(written)[1] == written
+    for kind in ("int", "float"):
+        with pytest.raises(yaml.YAMLError, match=f"cannot be read as {kind}"):
+            bounded_yaml.parse(f"!!{kind} '{written}'")

@@ -4,7 +4,8 @@ PyYAML leaves three doors open: nesting that exhausts the stack, aliases of alia
 and constructors that raise whatever they like. JSON is read as the YAML that it is.
 
 A subclass of `CSafeLoader` cannot close the first: 100 000 brackets end the process. `SafeLoader` raises, but
-takes three times as long as this loader; both accept a key twice and read `1e-3` as text, a date as a date.
+takes three times as long as this loader; both accept a key twice and read `1e-3` as text, 010 as 8, a date as
+a date.
 """
 
 from __future__ import annotations
@@ -180,15 +181,50 @@ class _Loader(_Composer, SafeConstructor, Resolver):
             seen.add(key_node.value)
         return super().construct_mapping(node, deep)
 
+    def construct_decimal_int(self, node: yaml.ScalarNode) -> int:
+        """Returns a whole number in decimal digits; another form is an error in the text."""
+        return int(_checked(node, _WHOLE))
 
-# YAML 1.1, which PyYAML follows, asks for a dot and a sign: it would take `1e-3` and `1.7e9` for text.
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?[0-9][0-9_]*\.?[0-9_]*[eE][-+]?[0-9]+$"),
-    list("-+0123456789"),
-)
-# A serial number or a name that looks like a date stays the text it is.
+    def construct_decimal_float(self, node: yaml.ScalarNode) -> float:
+        """Returns a number in decimal digits, infinity or NaN; another form is an error in the text."""
+        if _UNBOUNDED.match(str(node.value)):
+            return float(str(node.value).replace(".", ""))
+        return float(_checked(node, _NUMBER))
+
+
+def _checked(node: yaml.ScalarNode, form: re.Pattern[str]) -> str:
+    text = str(node.value)
+    if not form.match(text):
+        raise ValueError(text)
+    return text
+
+
+# PyYAML follows YAML 1.1, which takes `1e-3` for text, 010 for 8 and 1:30 for 90. These are the forms of 1.2.
+_WHOLE = re.compile(r"^[-+]?[0-9]+$")
+_NUMBER = re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?$")
+_UNBOUNDED = re.compile(r"^(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$")
+_TAG = "tag:yaml.org,2002:"
 _Loader.yaml_implicit_resolvers = {
-    first: [(tag, form) for tag, form in resolvers if not tag.endswith(":timestamp")]
+    first: [
+        (tag, form)
+        for tag, form in resolvers
+        # A serial number or a name that looks like a date stays the text it is.
+        if tag.removeprefix(_TAG) not in ("timestamp", "int", "float")
+    ]
     for first, resolvers in _Loader.yaml_implicit_resolvers.items()
 }
+_Loader.yaml_constructors = {
+    **_Loader.yaml_constructors,
+    f"{_TAG}int": _Loader.construct_decimal_int,
+    f"{_TAG}float": _Loader.construct_decimal_float,
+}
+
+
+def state_numbers(kind: Any) -> None:  # noqa: ANN401 - a loader or dumper of PyYAML
+    """Has a loader take for a number, and a dumper not leave as bare text, what is one in our documents."""
+    kind.add_implicit_resolver(f"{_TAG}int", _WHOLE, list("-+0123456789"))
+    kind.add_implicit_resolver(f"{_TAG}float", _NUMBER, list("-+.0123456789"))
+    kind.add_implicit_resolver(f"{_TAG}float", _UNBOUNDED, list("-+."))
+
+
+state_numbers(_Loader)

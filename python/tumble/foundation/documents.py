@@ -25,7 +25,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from tumble.foundation.bounded_yaml import parse, problem_in_words
+from tumble.foundation.bounded_yaml import parse, problem_in_words, state_numbers
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.field_docstrings import field_docstrings
 from tumble.foundation.file_reading import read_text_whole
@@ -287,6 +287,8 @@ def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
 
+# Text such as 12e5, which PyYAML takes for text, is quoted: a serial number reads back as it is.
+state_numbers(_Dumper)
 _Dumper.add_representer(str, _represent_text)
 _Dumper.add_representer(list, _represent_list)
 _Dumper.add_representer(dict, _represent_mapping)
