@@ -148,3 +148,25 @@ def test_the_calibration_of_a_read_reference_is_that_certified(issued, tmp_path)
             assert np.abs(first.M - second.M).max() < 1e-14
             assert np.array_equal(first.b, second.b)
             assert np.array_equal(first.covariance, second.covariance)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"M": np.zeros((3, 3))}, "M has rows of 0 to 0"),
+        ({"M": np.eye(3) * 1e29}, r"M has rows of 1e\+29"),
+        ({"M": np.ones((3, 3))}, "almost in a plane"),
+        ({"covariance": -np.eye(12)}, "states that a value is exact"),
+        ({"covariance": np.eye(12) * 1e29}, r"covariance is up to 1e\+29"),
+        ({"b": np.full(3, 1e29)}, "bias is beyond"),
+    ],
+)
+def test_numbers_of_no_reference_are_refused_in_a_line(issued, tmp_path, change, said):
+    whole = issued.calibrated[0]
+    models = tuple(model.model_copy(update=change) for model in whole.models)
+    stated = issued.model_copy(update={"calibrated": (whole.model_copy(update={"models": models}),)})
+    for path in written(stated, tmp_path):
+        with pytest.raises(CalibrationFileError, match=said) as caught:
+            read_reference_certificate(path)
+        assert str(caught.value).startswith(f"{path}: accelerometer: ")
+        assert "\n" not in str(caught.value)

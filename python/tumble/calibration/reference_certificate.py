@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import date
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
@@ -22,6 +21,7 @@ from pydantic_core import CoreSchema
 from tumble import _core
 from tumble.calibration.budget import Distribution
 from tumble.calibration.document import Calibration
+from tumble.foundation.days import day_of
 from tumble.foundation.documents import ArrayField, Document, Vector, read_document
 from tumble.foundation.error_decomposition import (
     PAIRS,
@@ -45,6 +45,16 @@ SCHEMA: Literal["tumble-reference-certificate/1"] = "tumble-reference-certificat
 DAYS_A_YEAR: Final = 365.25
 LARGEST_ANGLE: Final = 45.0
 """deg: non-orthogonality beyond which three axes are no triad."""
+LARGEST_SCALE: Final = 100.0
+"""Largest scale, and one over the smallest."""
+LARGEST_BIAS: Final = 1e6
+"""m/s^2 or rad/s; the largest of every uncertainty and change, too."""
+_LARGEST_TURN: Final = 360.0
+"""deg."""
+_FLAT: Final = 0.1
+"""Volume that three unit axes span, 1 where they are at right angles, below which they are no triad."""
+_ROUNDING: Final = 1e-3
+"""Largest rounding of correlations in a covariance that is typed with four digits."""
 _HALF_WIDTH: Final = math.sqrt(3.0)
 """Half width of a rectangle over its standard deviation."""
 
@@ -69,7 +79,7 @@ Spread: TypeAlias = Annotated[FloatArray, _SpreadField((3,))]
 
 
 class _Spreads(Document):
-    """Groups of spreads, none of them negative."""
+    """Groups of spreads, none of them negative or beyond what sensors can have."""
 
     @model_validator(mode="after")
     def _is_not_negative(self) -> _Spreads:
@@ -77,6 +87,8 @@ class _Spreads(Document):
             value = getattr(self, name)
             if isinstance(value, np.ndarray) and (value < 0.0).any():
                 raise ValueError(f"{name} is {value.min():g}; give a number of at least 0")
+            if isinstance(value, np.ndarray) and (value > LARGEST_BIAS).any():
+                raise ValueError(f"{name} is {value.max():g}; give a number of at most {LARGEST_BIAS:g}")
         return self
 
 
@@ -100,6 +112,8 @@ class CertifiedValue(Document):
     def _is_positive(cls, value: FloatArray) -> FloatArray:
         if (value <= 0.0).any():
             raise ValueError("no value is exact; give U above 0")
+        if (value > LARGEST_BIAS).any():
+            raise ValueError(f"is {value.max():g}; give U of at most {LARGEST_BIAS:g}")
         return value
 
 
@@ -145,19 +159,32 @@ class CertifiedTriad(Document):
 
     @model_validator(mode="after")
     def _is_a_triad(self) -> CertifiedTriad:
-        if (self.scale.value <= 0.0).any():
-            raise ValueError(
-                f"scale is {self.scale.value.min():g}; give the ratio of reading to truth, about 1"
-            )
+        scale = self.scale.value
+        strange = scale[(scale < 1.0 / LARGEST_SCALE) | (scale > LARGEST_SCALE)]
+        if strange.size:
+            raise ValueError(f"scale is {strange[0]:g}; give the ratio of reading to truth, about 1")
+        if np.abs(self.bias.value).max() > LARGEST_BIAS:
+            raise ValueError(f"bias is beyond {LARGEST_BIAS:g}; give it in m/s^2 or rad/s")
+        if np.abs(self.mounting.value).max() > _LARGEST_TURN:
+            raise ValueError(f"mounting is beyond {_LARGEST_TURN:g} deg; give a rotation vector in deg")
         if np.abs(self.non_orthogonality.value).max() > LARGEST_ANGLE:
             raise ValueError(f"non-orthogonality is beyond {LARGEST_ANGLE:g} deg; give it in deg")
+        if _volume(self.non_orthogonality.value) < _FLAT**2:
+            raise ValueError("non-orthogonality is that of three axes almost in a plane; give it in deg")
+        if self.covariance is not None:
+            _refuse_no_covariance(self.covariance)
         return self
 
     @classmethod
     def of_model(
         cls, matrix: FloatArray, bias: FloatArray, covariance: FloatArray, k: float = 2.0
     ) -> CertifiedTriad:
-        """Returns a triad from M (3, 3), b (3,) and the covariance (12, 12) of [M row by row, b]."""
+        """Returns a triad from M (3, 3), b (3,) and the covariance (12, 12) of [M row by row, b].
+
+        Raises `ValueError` where they are none.
+        """
+        _refuse_no_matrix(matrix)
+        _refuse_no_covariance(covariance)
         turn = mounting_angles(factors(matrix)[2])
         sigma = factor_sigma(matrix, covariance[:9, :9])
         stated = {
@@ -202,8 +229,14 @@ class CertifiedTriad(Document):
 class CertifiedTemperature(Document):
     """Temperature of the reference during its calibration, degC."""
 
-    low: float
-    high: float
+    low: float = Field(ge=-273.15, le=1000.0)
+    high: float = Field(ge=-273.15, le=1000.0)
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> CertifiedTemperature:
+        if self.low > self.high:
+            raise ValueError(f"low is {self.low:g}, above high of {self.high:g}; correct one of them")
+        return self
 
     @property
     def middle(self) -> float:
@@ -233,7 +266,7 @@ class ReferenceCertificate(Document):
     """Date of the calibration, such as 2026-03-31."""
     due: str = ""
     """Last day on which it holds; without one it does not end."""
-    k: float = Field(default=2.0, gt=0.0)
+    k: float = Field(default=2.0, ge=0.1, le=1000.0)
     """Coverage factor of all U."""
     temperature: CertifiedTemperature | None = None
     accelerometer: CertifiedTriad | None = None
@@ -242,7 +275,7 @@ class ReferenceCertificate(Document):
     @field_validator("date", "due")
     @classmethod
     def _is_a_date(cls, value: str) -> str:
-        if value and _day(value) is None:
+        if value and day_of(value) is None:
             raise ValueError(f"{short(value)} is no date; give one such as 2026-03-31")
         return value
 
@@ -440,7 +473,7 @@ def refuse_other_model(certificate: ReferenceCertificate, about: str, model: str
 
 def years_between(first: str, second: str) -> float:
     """Returns the time between two days, years; 0 where the second is no later."""
-    start, end = _day(first), _day(second)
+    start, end = day_of(first), day_of(second)
     if start is None or end is None:
         return 0.0
     return max(0.0, (end - start).days / DAYS_A_YEAR)
@@ -475,13 +508,36 @@ def _axes(group: str) -> tuple[str, ...]:
     return PAIRS if group == "non-orthogonality" else ("x", "y", "z")
 
 
+def _refuse_no_matrix(matrix: FloatArray) -> None:
+    """Raises `ValueError` where the rows of M (3, 3) are no three axes."""
+    scale = np.linalg.norm(matrix, axis=1)
+    if scale.min() < 1.0 / LARGEST_SCALE or scale.max() > LARGEST_SCALE:
+        raise ValueError(f"M has rows of {scale.min():g} to {scale.max():g}, which no sensor has; check it")
+    if abs(np.linalg.det(matrix / scale[:, None])) < _FLAT:
+        raise ValueError("the rows of M are almost in a plane, which those of no triad are; check it")
+
+
+def _refuse_no_covariance(covariance: FloatArray) -> None:
+    """Raises `ValueError` where a matrix (12, 12) is not the covariance of numbers none of which is exact."""
+    variance = np.diag(covariance)
+    if variance.min() <= 0.0:
+        raise ValueError("covariance states that a value is exact, or less; give variances above 0")
+    if variance.max() > LARGEST_BIAS**2:
+        raise ValueError(f"covariance is up to {variance.max():g}; give at most {LARGEST_BIAS**2:g}")
+    sigma = np.sqrt(variance)
+    correlation = covariance / sigma / sigma[:, None]
+    if np.abs(correlation - correlation.T).max() > _ROUNDING:
+        raise ValueError("covariance is not symmetric; check its rows")
+    if np.linalg.eigvalsh(correlation)[0] < -_ROUNDING:
+        raise ValueError("covariance has a negative eigenvalue, as that of no quantities; check its rows")
+
+
+def _volume(angles: FloatArray) -> float:
+    """Returns the square of the volume that three unit axes span, from their non-orthogonality, deg."""
+    xy, yz, zx = np.sin(np.radians(angles))
+    return float(np.linalg.det([[1.0, xy, zx], [xy, 1.0, yz], [zx, yz, 1.0]]))
+
+
 def _group(triad: CertifiedTriad, group: str) -> CertifiedValue:
     found: CertifiedValue = getattr(triad, group.replace("-", "_"))
     return found
-
-
-def _day(text: str) -> date | None:
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        return None

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import select
 
+from tumble.foundation.days import day_of
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.provenance import date_now
@@ -30,7 +30,7 @@ def add(
     """Add a piece of equipment, or what is new of one that is there; raises `TumbleError`."""
     if "kind" in stated and stated["kind"] not in KINDS:
         raise TumbleError(f"--kind {quoted(stated['kind'])}: give one of {', '.join(KINDS)}")
-    if "due" in stated and _day(stated["due"]) is None:
+    if "due" in stated and day_of(stated["due"]) is None:
         raise TumbleError(f"--due {quoted(stated['due'])}: give a date such as 2027-06-30")
     content = read_whole(Path(document), LARGEST_CERTIFICATE, "certificate") if document else None
     digest = registry.documents.keep(content) if content is not None else None
@@ -68,10 +68,3 @@ def listed(registry: Registry) -> Listing:
 
 def _kept(row: Mapping[Any, Any]) -> dict[str, Value]:
     return {column: row[column] for column in (*_COLUMNS, "document")}
-
-
-def _day(text: str) -> date | None:
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        return None

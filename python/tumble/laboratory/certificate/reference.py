@@ -42,7 +42,7 @@ def read_certificate_of_reference(path: Path | str, signer: Path | None = None) 
 def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
     """Return the values that a certificate states of a reference; raises `CalibrationFileError`."""
     calibrated = certificate.calibrated[-1]
-    triads = _triads(calibrated)
+    triads = _triads(calibrated, about)
     if not triads:
         raise CalibrationFileError(
             f"{about}: certificate {certificate.number} holds no M and b with their whole covariance; a "
@@ -69,12 +69,22 @@ def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
         ) from error
 
 
-def _triads(calibrated: CalibratedItem) -> dict[str, CertifiedTriad]:
-    return {
-        model.triad: CertifiedTriad.of_model(model.M, model.b, model.covariance)
-        for model in calibrated.models
-        if model.covariance is not None and np.isfinite(model.covariance).all()
-    }
+def _triads(calibrated: CalibratedItem, about: str) -> dict[str, CertifiedTriad]:
+    found: dict[str, CertifiedTriad] = {}
+    for model in calibrated.models:
+        if model.covariance is None or not np.isfinite(model.covariance).all():
+            continue
+        try:
+            found[model.triad] = CertifiedTriad.of_model(model.M, model.b, model.covariance)
+        except ValidationError as error:
+            raise _no_triad(about, model.triad, mistake_in(error, CertifiedTriad)) from error
+        except ValueError as error:
+            raise _no_triad(about, model.triad, str(error)) from error
+    return found
+
+
+def _no_triad(about: str, triad: str, why: str) -> CalibrationFileError:
+    return CalibrationFileError(f"{about}: {triad}: {why}; give the certificate of an IMU")
 
 
 def _xml(content: bytes, path: Path | str) -> bytes:

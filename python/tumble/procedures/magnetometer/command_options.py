@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from tumble.cli.options import Options
+from tumble.foundation.days import day_of
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
 
@@ -76,7 +77,7 @@ class EarthFieldOptions(Options):
     @property
     def stated_day(self) -> date | None:
         """Day of the session; raises `ProcedureError` where it is none."""
-        try:
-            return None if self.day is None else date.fromisoformat(self.day)
-        except ValueError:
-            raise ProcedureError(f"--date {self.day}: give the day as YYYY-MM-DD") from None
+        found = None if self.day is None else day_of(self.day)
+        if found is None and self.day is not None:
+            raise ProcedureError(f"--date {self.day}: give the day as YYYY-MM-DD")
+        return found
