@@ -144,3 +144,35 @@ def test_a_registry_in_a_folder_with_an_odd_name_is_one(tmp_path):
 
 def test_each_command_of_the_registry_has_settings_of_the_project():
     assert {each.name for each in registry_app.registered_commands} == {*_SUBCOMMANDS, "add"}
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "ALTER TABLE parameter RENAME TO kept; CREATE VIEW parameter AS WITH RECURSIVE more(x) AS "
+        "(SELECT 1 UNION ALL SELECT x + 1 FROM more) SELECT kept.* FROM kept, more",
+        "ALTER TABLE parameter ADD COLUMN more BLOB AS (zeroblob(900000000))",
+    ],
+    ids=["view", "column"],
+)
+def test_a_registry_that_computes_is_refused_unread(tmp_path, statement):
+    path = tmp_path / "lab.db"
+    Registry.create(path)
+    with sqlite3.connect(path) as database:
+        database.executescript(
+            f"DROP TRIGGER parameter_no_update; DROP TRIGGER parameter_no_delete; {statement}"
+        )
+    database.close()
+    for words in (("list",), ("verify",), ("export", "rows.csv"), ("backup", "copy")):
+        assert "parameter is computed, as in no registry" in refusal(*words, "--registry", path)
+
+
+def test_a_place_of_documents_that_is_none_is_a_fault(tmp_path):
+    path = tmp_path / "lab.db"
+    Registry.create(path)
+    with sqlite3.connect(path) as database:
+        database.executescript("DROP TRIGGER registry_no_update; UPDATE registry SET documents = char(0)")
+    database.close()
+    done = typed("registry", "verify", "--registry", path)
+    assert (done.code, done.err) == (3, "")
+    assert "cannot be read: embedded null byte" in done.out

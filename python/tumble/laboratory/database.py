@@ -17,6 +17,7 @@ from sqlalchemy.pool import NullPool
 
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.address import RegistryAddress
+from tumble.laboratory.tables import METADATA
 
 PATIENCE = 30.0
 """s to wait while another program writes."""
@@ -90,6 +91,7 @@ class Database:
                 f"{self.address}: is not a registry; type tumble registry init {self.address}"
             )
         if found == HEAD:
+            self._refuse_computed(connection)
             return
         if found.isdecimal() and int(found) < int(HEAD):
             raise RegistryError(
@@ -100,6 +102,18 @@ class Database:
             f"{self.address}: is a registry of version {found}, made by a newer Tumble than this one "
             f"(version {HEAD}); upgrade Tumble"
         )
+
+    def _refuse_computed(self, connection: Connection) -> None:
+        """Raise `RegistryError` where a table is a view or has computed columns, which may never end."""
+        if not self.is_sqlite:
+            return
+        views = set(connection.execute(text("SELECT name FROM sqlite_master WHERE type = 'view'")).scalars())
+        columns = text("SELECT count(*) FROM pragma_table_xinfo(:table) WHERE hidden <> 0")
+        for table in METADATA.tables:
+            if table in views or connection.execute(columns, {"table": table}).scalar():
+                raise RegistryError(
+                    f"{self.address}: {table} is computed, as in no registry; restore it from a backup"
+                )
 
     def upgrade(self) -> None:
         """Make the tables, or bring them to this version; raises `RegistryError`."""

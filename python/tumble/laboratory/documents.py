@@ -57,20 +57,24 @@ class Documents:
             raise RegistryError(
                 f"{self._path(digest)}: document is missing; restore it from a backup"
             ) from None
-        except OSError as error:
-            raise RegistryError(f"{self._path(digest)}: cannot be read: {error.strerror or error}") from error
+        except Exception as error:  # libraries of stores raise errors of their own
+            raise _unreadable(self._path(digest), error) from error
         return found
 
     def size(self, digest: str) -> int | None:
-        """Return the size of a document, bytes; None where it is not there."""
+        """Return the size of a document, bytes; None where it is not there, or cannot be asked for."""
         try:
             return int(self._files.size(self._path(digest)))
-        except OSError:
+        except (OSError, ValueError):
             return None
 
     def hashes(self) -> Iterator[str]:
-        """Yield the hash of each document that lies there."""
-        names = (str(path).rpartition("/")[2] for path in self._files.find(self._root))
+        """Yield the hash of each document that lies there; raises `RegistryError`."""
+        try:
+            paths = list(self._files.find(self._root))
+        except Exception as error:  # libraries of stores raise errors of their own
+            raise _unreadable(self._root, error) from error
+        names = (str(path).rpartition("/")[2] for path in paths)
         yield from (name for name in names if _HASH.fullmatch(name))
 
     def _path(self, digest: str) -> str:
@@ -90,6 +94,11 @@ class Documents:
             raise OutputError(
                 f"{path}: cannot be written: {error.strerror or error}; give room for it"
             ) from error
+
+
+def _unreadable(place: str, error: Exception) -> RegistryError:
+    why = getattr(error, "strerror", None) or " ".join(str(error).split())
+    return RegistryError(f"{place}: cannot be read: {why}")
 
 
 def _opened(place: str) -> tuple[Any, str]:
