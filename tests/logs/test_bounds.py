@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 import struct
 import tempfile
+import zipfile
 import zlib
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from rosbags.rosbag2 import storage_mcap
 from hostile import read_or_refuse
 from hostile_places import patient
 from tumble.foundation.errors import LogError
-from tumble.logs import list_imus
+from tumble.logs import list_imus, npy
 from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
 from tumble.logs.options import ReadOptions
 from turntable_sessions import one_line, typed
@@ -183,3 +184,25 @@ def test_what_is_packed_in_bags_unpacks_within_a_budget(tmp_path):
         pytest.raises(ValueError, match="readings"),
     ):
         shutil.copyfileobj(stream, (tmp_path / "unpacked").open("wb"))
+
+
+def test_the_directory_of_an_archive_is_read_once_for_all_arrays(tmp_path, monkeypatch):
+    path = tmp_path / "log.npz"
+    np.savez(
+        path, **{f"imu{number}_{triad}": np.ones((4, 3)) for number in range(50) for triad in ("acc", "gyro")}
+    )
+    opened = []
+    whole = zipfile.ZipFile._RealGetContents
+    monkeypatch.setattr(
+        zipfile.ZipFile, "_RealGetContents", lambda archive: (opened.append(1), whole(archive))[1]
+    )
+    npy.list_imus(path, ReadOptions())
+    assert len(opened) == 1
+
+
+def test_an_archive_with_an_array_twice_is_refused(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez(path, acc=np.ones((4, 3)))
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("acc.npy", archive.read("acc.npy"))
+    assert "holds 'acc.npy' twice" in refused(path)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.lib import format as npy_format
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.words import quoted
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.stored_array import BLOCK, StoredArray
@@ -81,28 +82,33 @@ def _single(path: Path) -> StoredArray:
 
 
 def _members(path: Path) -> list[StoredArray]:
-    with zipfile.ZipFile(path) as archive:
-        infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
+    # Read once: to read the directory for each of its members would take the square of their number.
+    archive = zipfile.ZipFile(path)
+    infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
     if not infos:
         raise LogError(f"{path}: not a log: holds no array of NumPy; {COPY_OR_SAVE}")
     if len(infos) > MOST_VARIABLES:
         raise LogError(f"{path}: holds {len(infos)} arrays, which is no log; check the file")
-    found = []
+    found: list[StoredArray] = []
+    names: set[str] = set()
     for info in infos:
+        if info.filename in names:
+            raise LogError(f"{path}: holds {quoted(info.filename)} twice; {COPY_OR_SAVE}")
+        names.add(info.filename)
         if info.file_size > LARGEST_RATIO * (info.compress_size + 1):
             raise LogError(
                 f"{path}: {info.filename} says it unpacks from {info.compress_size} to {info.file_size} "
                 f"bytes, which no archive of numbers does; {COPY_OR_SAVE}"
             )
         name = info.filename.removesuffix(_ENDING)
-        found.append(_array(name, _opener(path, info.filename), info.file_size))
+        found.append(_array(name, _opener(archive, info.filename), info.file_size))
     return found
 
 
-def _opener(path: Path, member: str) -> Callable[[], IO[bytes]]:
+def _opener(archive: zipfile.ZipFile, member: str) -> Callable[[], IO[bytes]]:
     def opened() -> IO[bytes]:
-        # The archive goes with its last stream.
-        return zipfile.ZipFile(path).open(member)
+        # The archive goes with its last array.
+        return archive.open(member)
 
     return opened
 
