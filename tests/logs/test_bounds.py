@@ -20,8 +20,10 @@ from rosbags.rosbag2 import storage_mcap
 from hostile import read_or_refuse
 from hostile_places import patient
 from tumble.foundation.errors import LogError
+from tumble.foundation.units import CHANNELS
 from tumble.logs import list_imus, npy
 from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
+from tumble.logs.columns import find_imus
 from tumble.logs.options import ReadOptions
 from turntable_sessions import one_line, typed
 
@@ -206,3 +208,11 @@ def test_an_archive_with_an_array_twice_is_refused(tmp_path):
     with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
         archive.writestr("acc.npy", archive.read("acc.npy"))
     assert "holds 'acc.npy' twice" in refused(path)
+
+
+def test_many_imus_of_a_table_are_found_in_time():
+    with patient():
+        found = find_imus(
+            [f"i{number}_{channel}" for number in range(4000) for channel in CHANNELS], "log.csv"
+        )
+    assert len(found) == 4000

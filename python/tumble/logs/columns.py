@@ -320,9 +320,12 @@ def find_imus(
     )
     if any(key in stated for key in CHANNELS):
         prefixes = {"": None}
-    found = {prefix: _imu_columns(prefix, recognised, stated) for prefix in prefixes}
+    index = _Index.of(recognised)
+    found = {prefix: _imu_columns(prefix, index, stated) for prefix in prefixes}
+    magnetometers = _magnetometers(recognised)
+    load = _load(recognised, stated)
     magnetometer = {
-        prefix: _magnetic_columns(prefix, path, recognised, stated, options)
+        prefix: _magnetic_columns(prefix, path, recognised, stated, options, magnetometers, load)
         for prefix in prefixes or {"": None}
     }
     imus = {
@@ -338,6 +341,7 @@ def find_imus(
             _without_gravity(names, path)
             or _incomplete(names, path, recognised, stated) + (READ_MAGNETOMETER if alone else "")
         )
+    _refuse_mixed_units(imus, path, recognised, options)
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
     return whole or _with_shared_gyroscope(imus)
@@ -353,6 +357,8 @@ def _magnetic_columns(
     recognised: Mapping[str, Column | None],
     stated: Mapping[str, str],
     options: ReadOptions,
+    magnetometers: Mapping[str, tuple[str, str, str]],
+    load: tuple[str | None, LoadUnit],
 ) -> MagneticColumns | None:
     """Finds the magnetometer of the IMU with a prefix: the one stated, that of its prefix, or the first.
 
@@ -360,9 +366,9 @@ def _magnetic_columns(
     """
     if all(key in stated for key in MAGNETIC_CHANNELS):
         x, y, z = (stated[key] for key in MAGNETIC_CHANNELS)
-        found = {"": (x, y, z)}
+        found: Mapping[str, tuple[str, str, str]] = {"": (x, y, z)}
     else:
-        found = _magnetometers(recognised)
+        found = magnetometers
     if options.magnetometer_name is not None and options.magnetometer_name not in found:
         raise LogError(
             f"{path}: no magnetometer {options.magnetometer_name!r}; "
@@ -370,11 +376,11 @@ def _magnetic_columns(
         )
     if not found:
         return None
-    wanted = (options.magnetometer_name, prefix, "")
+    wanted = (options.magnetometer_name or prefix, prefix, "")
     name = next((each for each in wanted if each in found), next(iter(found)))
-    others = [f"{each}" for each in found if each not in (name, "")]
+    others = [each for each in found if each not in (name, "")]
     time = next((each for each in recognised if re.fullmatch(_MAGNETIC_TIME, each)), None)
-    current, current_unit = _load(recognised, stated)
+    current, current_unit = load
     return MagneticColumns(
         found[name],
         _stated_in(recognised.get(found[name][0]), "magnetometer"),
@@ -383,7 +389,7 @@ def _magnetic_columns(
         current,
         current_unit,
         name,
-        (f"another magnetometer, {', '.join(others)}, is not read: name it with --magnetometer-name",)
+        (f"another magnetometer, {listed(others)}, is not read: name it with --magnetometer-name",)
         if others and options.magnetometer_name is None and prefix not in found
         else (),
     )
@@ -464,7 +470,7 @@ def _single_axis(
         for name, column in recognised.items()
         if name == found[0] or (column is not None and column.quantity not in _TRIADS)
     }
-    columns = _imu_columns("", alone, others | dict.fromkeys(channels_of(triad), found[0]))
+    columns = _imu_columns("", _Index.of(alone), others | dict.fromkeys(channels_of(triad), found[0]))
     assert columns is not None
     return columns
 
@@ -516,9 +522,10 @@ def unread_accelerometers(
         return ()
     (read,) = imus.values()
     recognised = {name: recognise(name) for name in names}
+    index = _Index.of(recognised)
     found = []
     for prefix in dict.fromkeys(column.imu for column in recognised.values() if column):
-        other = _imu_columns(prefix, recognised, {})
+        other = _imu_columns(prefix, index, {})
         if other and other.accelerometer and other.accelerometer != read.accelerometer:
             option = replace(other, gyroscope=read.gyroscope).as_option
             found.append(
@@ -570,31 +577,65 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
     return stated
 
 
-def _imu_columns(
-    prefix: str, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
-) -> ImuColumns | None:
+def _refuse_mixed_units(
+    imus: Mapping[str, ImuColumns],
+    path: Path | str,
+    recognised: Mapping[str, Column | None],
+    options: ReadOptions,
+) -> None:
+    """Raises `LogError` where columns of a triad state several units; one of the options counts for all."""
+    for imu in imus.values():
+        magnetic = imu.magnetometer.axes if imu.magnetometer else None
+        for names, overruled in (
+            (imu.accelerometer, options.accelerometer_unit),
+            (imu.gyroscope, options.gyroscope_unit),
+            (magnetic, options.magnetometer_unit),
+        ):
+            columns = {name: recognised.get(name) for name in names or ()}
+            units = {name: column.unit for name, column in columns.items() if column and column.unit}
+            if len(set(units.values())) > 1 and overruled is None:
+                raise LogError(
+                    f"{path}: columns of one sensor are in several units: {listed(list(units))}; "
+                    "convert them to one"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class _Index:
+    """Columns that are recognised, by what they hold: to look through all for each IMU takes their square."""
+
+    columns: Mapping[str, Column | None]
+    places: Mapping[tuple[Quantity, int, str], str]
+    """The first column of each quantity, axis and prefix."""
+    only_time: str | None
+
+    @classmethod
+    def of(cls, recognised: Mapping[str, Column | None]) -> _Index:
+        """Returns the index of columns."""
+        places: dict[tuple[Quantity, int, str], str] = {}
+        for name, column in recognised.items():
+            if column is not None:
+                places.setdefault((column.quantity, column.axis, column.imu), name)
+        return cls(recognised, places, _only(recognised, "time"))
+
+
+def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuColumns | None:
     def pick(key: str, quantity: Quantity, axis: int = 0, shared: bool = False) -> str | None:
         if key in stated:
             return stated[key]
         imus = (prefix, "") if shared else (prefix,)
-        for imu in imus:
-            for name, column in recognised.items():
-                if column and (column.quantity, column.axis, column.imu) == (quantity, axis, imu):
-                    return name
-        return None
+        found = (index.places.get((quantity, axis, imu)) for imu in imus)
+        return next((name for name in found if name is not None), None)
 
     acceleration = [pick(key, "accelerometer", axis) for axis, key in enumerate(("ax", "ay", "az"))]
     rate = [pick(key, "gyroscope", axis) for axis, key in enumerate(("gx", "gy", "gz"))]
     if any(None in triad and any(triad) for triad in (acceleration, rate)) or not any(acceleration + rate):
         return None
-    time = pick("time", "time", shared=True) or _only(recognised, "time")
+    time = pick("time", "time", shared=True) or index.only_time
     temperature = pick("temperature", "temperature", shared=True)
 
     def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
-        column = recognised.get(name) if name else None
-        if column is None or column.unit is None or column.quantity != quantity:
-            return None
-        return StatedUnit(column.unit, COLUMN_NAME)
+        return _stated_in(index.columns.get(name) if name else None, quantity)
 
     return ImuColumns(
         _whole(acceleration),
