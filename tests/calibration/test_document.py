@@ -239,7 +239,7 @@ def test_a_file_that_is_no_calibration_is_refused_in_one_line(tmp_path, text):
 def test_bytes_that_are_not_text_are_refused(tmp_path):
     path = tmp_path / "c.yaml"
     path.write_bytes(b"\xff\xfe\x00\x80")
-    with pytest.raises(CalibrationFileError, match="it is not text"):
+    with pytest.raises(CalibrationFileError, match="is no text in UTF-8"):
         Calibration.load(path)
 
 
