@@ -91,7 +91,7 @@ def test_endless_input_is_refused(tmp_path, word):
             import_calibrations(path, word)
     for path, message in (
         (tmp_path, "is a directory|Is a directory|folder"),
-        (tmp_path / "absent", "No such file"),
+        (tmp_path / "absent", "no such calibration; check the path"),
     ):
         with pytest.raises(TumbleError, match=message) as raised:
             import_calibrations(path, word)

@@ -20,8 +20,8 @@ def tell_error(error: TumbleError, words: Sequence[str]) -> None:
     if wants_json(words) and not error.is_told:
         print_json_line(_content(error))
     about = f"{error.about}: " if error.about else ""
-    for line in f"{about}{translated(error.why)}".splitlines():
-        print(f"tumble: {translated('error')}: {printable(line)}", file=sys.stderr)
+    for reason in error.reasons:
+        print(f"tumble: {translated('error')}: {printable(about + translated(reason))}", file=sys.stderr)
 
 
 def print_notice(text: str) -> None:

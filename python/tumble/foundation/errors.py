@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import plain
 
@@ -20,6 +22,11 @@ class TumbleError(Exception):
         self.about = about
         self.is_told = False
         """True if a live session has reported it as its last event."""
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Lines that state the mistakes: `why`, or one for each of several."""
+        return (self.why,)
 
 
 class CommandError(TumbleError):
@@ -48,6 +55,19 @@ class CalibrationFileError(TumbleError):
 
 class ProcedureError(TumbleError):
     """The recordings do not show what the procedure needs."""
+
+
+class TargetsError(ProcedureError):
+    """None of the targets can be calibrated, each for a reason of its own."""
+
+    def __init__(self, failures: Sequence[str]) -> None:
+        super().__init__("; ".join(failures))
+        self._failures = tuple(plain(without_secrets(each)) for each in failures)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """A line for each target."""
+        return self._failures
 
 
 class OutputError(TumbleError):

@@ -18,7 +18,7 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
-from tumble.foundation.errors import LogError, ProcedureError, TumbleError
+from tumble.foundation.errors import LogError, ProcedureError, TargetsError, TumbleError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.provenance import Provenance, date_now, log_digest
 from tumble.foundation.recording import Recording, RecordingSource, sources_of
@@ -353,9 +353,9 @@ def with_serial(unit: UnitRead, serial: str) -> UnitRead:
 
 
 def refuse_if_all_failed(results: Sequence[TargetResult]) -> None:
-    """Raises `ProcedureError`, with a line for each target, where none could be calibrated."""
+    """Raises `TargetsError`, with a line for each target, where none could be calibrated."""
     if all(result.failure for result in results):
-        raise ProcedureError("; ".join(result.failure for result in results))
+        raise TargetsError([result.failure for result in results])
 
 
 def _refuse_unknown(**words: tuple[str, object]) -> None:
