@@ -41,6 +41,23 @@ IN_A_THREAD = """
         threading.Thread(target=turn, daemon=True).start()
         {main}
 """
+TO_ANOTHER_THREAD = """
+    import signal, threading
+    from pathlib import Path
+    from tumble.foundation import clock
+    from tumble.foundation.ending import watched
+
+    WAITS_IN = Path(f"/proc/self/task/{threading.main_thread().native_id}/wchan")
+
+    def give():
+        while "nanosleep" not in WAITS_IN.read_text():
+            pass
+        signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
+
+    with watched():
+        threading.Thread(target=give, daemon=True).start()
+        clock.sleep(3600.0)
+"""
 NATIVE = 'hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)'
 """Keeps the main thread for minutes, and takes no signal meanwhile."""
 
@@ -103,6 +120,12 @@ def test_a_table_in_a_thread_is_stopped_while_the_main_one_is_busy():
         with moving("-c", program) as (process, table):
             process.send_signal(number)
             table.wait_until_it_is_stopped()
+
+
+def test_signal_that_another_thread_took_ends_the_main_wait():
+    with running("-c", textwrap.dedent(TO_ANOTHER_THREAD)) as process:
+        process.communicate(timeout=60)
+        assert process.returncode == 128 + signal.SIGTERM
 
 
 def test_a_thread_that_holds_a_table_ends_with_the_program():

@@ -34,6 +34,10 @@ ENDING = frozenset(map(int, signal.valid_signals())) - SUSPENDING - _numbers(_OT
 """Signals that end a program which does not handle them."""
 SUSPENDED_WITHIN = 2.0
 """s that a suspension waits for what moves to be stopped."""
+_WAKING = getattr(signal, "SIGURG", None)
+"""Signal that does nothing but to end a wait of the main thread; None on systems without it."""
+_WAKES, _WAKES_EVERY = 20, 0.05
+"""Times that the main thread is woken at most, and s between them: native code may hold it for minutes."""
 _log = logging.getLogger(__name__)
 
 
@@ -123,6 +127,7 @@ class _Watch:
         self._shields = 0
         self._late: list[int] = []
         self._were_stopped = threading.Event()
+        self._is_awake = threading.Event()
         self._reader: socket.socket | None = None
         self._writer: socket.socket | None = None
         self._fd_before = -1
@@ -201,6 +206,8 @@ class _Watch:
         self._thread = threading.Thread(target=self._listen, args=(self._reader,), name="ending", daemon=True)
         self._thread.start()
         self.is_entered = True
+        if _WAKING is not None:
+            self._before[_WAKING] = signal.signal(_WAKING, lambda _number, _frame: self._is_awake.set())
         for number in ENDING | SUSPENDING:
             handler = signal.getsignal(number)
             if handler is signal.SIG_DFL or (number == signal.SIGINT and callable(handler)):
@@ -227,6 +234,22 @@ class _Watch:
                 self._pass_on(number)
             if number in ENDING | SUSPENDING:
                 self.stop_all(number)
+                self._wake_main()
+
+    def _wake_main(self) -> None:
+        """Ends a wait of the main thread, which knows nothing of a signal that came just before it.
+
+        The same holds for a signal that the system gave to another thread.
+        """
+        if _WAKING is None:
+            return
+        self._is_awake.clear()
+        for _ in range(_WAKES):
+            if not self.is_entered:
+                return
+            signal.pthread_kill(threading.main_thread().ident or 0, _WAKING)
+            if self._is_awake.wait(_WAKES_EVERY):
+                return
 
     def _pass_on(self, number: int) -> None:
         """Gives a signal to whoever received signals before, such as an event loop."""
