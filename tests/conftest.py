@@ -14,13 +14,17 @@ from hypothesis import HealthCheck, settings
 from ports import chosen_among_own
 from processor_time import ProcessorTime
 from simulated_clock import SimulatedClock
+from tumble.foundation.ending import ENDING
 
 # The duration of an example depends on the load of the computer.
 settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tumble")
 
-# Programs that tests interrupt inherit what Ctrl-C does: nothing, where a shell runs tests in the background.
+# Programs that tests end by signals inherit those that a shell ignores for what it runs in the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+for ignored in ENDING - {signal.SIGPIPE, signal.SIGXFSZ}:
+    if signal.getsignal(ignored) is signal.SIG_IGN:
+        signal.signal(ignored, signal.SIG_DFL)
 
 # Tests read English, whatever the language of the machine.
 os.environ["TUMBLE_LANG"] = "en"
