@@ -51,7 +51,9 @@ def make(targets: list[str]) -> list[Made]:
     """Makes targets side by side; returns them in the order in which they end."""
     command = [os.environ.get("MAKE", "make"), "--no-print-directory"]
     began = time.monotonic()
-    running = {subprocess.Popen([*command, target]).pid: target for target in targets}
+    # A process that nothing refers to is awaited by the next one that begins.
+    begun = [subprocess.Popen([*command, target]) for target in targets]
+    running = {process.pid: target for process, target in zip(begun, targets, strict=True)}
     made = []
     while running:
         pid, status, usage = os.wait4(-1, 0)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from tumble.foundation.documents import Document, Vector, read_document
 from tumble.foundation.errors import TableError
@@ -35,6 +35,15 @@ ANGLES = {"deg": math.pi / 180.0, "rad": 1.0, "rev": 2.0 * math.pi}
 """rad in one of each."""
 RATES = {"deg/s": ANGLES["deg"], "rad/s": 1.0, "rev/min": ANGLES["rev"] / 60.0}
 ACCELERATIONS = {"deg/s^2": ANGLES["deg"], "rad/s^2": 1.0}
+
+
+def _bits(given: object) -> object:
+    """Reads a hexadecimal mask such as 0x06, which is text in our YAML, as manuals of tables state them."""
+    return int(given, 16) if isinstance(given, str) and given.lower().startswith("0x") else given
+
+
+BitMask = Annotated[int, Field(ge=0), BeforeValidator(_bits)]
+"""Bits of a status."""
 
 
 class Units(Document):
@@ -190,9 +199,9 @@ class StateQuery(Query):
     moves. With bits, `reply` holds `{status}`.
     """
 
-    bits_set: Annotated[int, Field(ge=0)] = 0
+    bits_set: BitMask = 0
     """Bits that are 1 when the motion has ended."""
-    bits_clear: Annotated[int, Field(ge=0)] = 0
+    bits_clear: BitMask = 0
     """Bits that are 0 then."""
     base: Literal[10, 16] = 10
     """Base of the status; a prefix 0x or #H marks base 16 in any case."""
