@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.fleet.job import FleetJob
-from tumble.fleet.places import matching, shown, version_at
+from tumble.fleet.places import matching, version_at
 from tumble.foundation.bounded_json import parse_json
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.executors import unjoined_executor
 from tumble.foundation.words import quoted
 

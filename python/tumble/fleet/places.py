@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
 from tumble.foundation.files import write_shared
-from tumble.foundation.secrets import without_secrets
-from tumble.foundation.words import plain, quoted
+from tumble.foundation.words import quoted
 
 _LARGEST = 16 << 20
 """Bytes of a file that is read whole."""
@@ -159,8 +158,3 @@ def store_error(url: str, error: Exception) -> StoreError:
     return StoreError(
         f"{shown(url)}: cannot be reached: {reason}; check the address, network and credentials"
     )
-
-
-def shown(text: str) -> str:
-    """Returns text with credentials of URLs hidden."""
-    return plain(without_secrets(text))

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from tumble.fleet.engine import Finished, WorkerLostError
-from tumble.fleet.places import shown
 from tumble.fleet.task import FleetTask, TaskDone, run_task
-from tumble.foundation.errors import CommandError, TumbleError
+from tumble.foundation.errors import CommandError, TumbleError, shown
 from tumble.logs.optional import install_command
 
 AHEAD = 2

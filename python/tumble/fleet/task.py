@@ -21,10 +21,10 @@ from tumble.cli.exit_code import ExitCode
 from tumble.fleet.inputs import FleetInput
 from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.parts import Outcome, write_parts
-from tumble.fleet.places import FileStore, fetched, shown
+from tumble.fleet.places import FileStore, fetched
 from tumble.foundation import clock
 from tumble.foundation.bounded_json import parse_json
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import files_of_command, make_folder

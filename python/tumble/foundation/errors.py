@@ -8,6 +8,11 @@ from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import plain
 
 
+def shown(text: str) -> str:
+    """Returns text as messages show it: on one line, and without the secrets of addresses."""
+    return plain(without_secrets(text))
+
+
 class TumbleError(Exception):
     """A mistake of the user in one line: cause, place, reason and remedy.
 
@@ -16,7 +21,7 @@ class TumbleError(Exception):
     """
 
     def __init__(self, why: str, about: str = "") -> None:
-        why, about = plain(without_secrets(why)), plain(without_secrets(about))
+        why, about = shown(why), shown(about)
         super().__init__(f"{about}: {why}" if about else why)
         self.why = why
         self.about = about
@@ -62,7 +67,7 @@ class TargetsError(ProcedureError):
 
     def __init__(self, failures: Sequence[str]) -> None:
         super().__init__("; ".join(failures))
-        self._failures = tuple(plain(without_secrets(each)) for each in failures)
+        self._failures = tuple(map(shown, failures))
 
     @property
     def reasons(self) -> tuple[str, ...]:
