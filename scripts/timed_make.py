@@ -18,7 +18,6 @@ from dataclasses import dataclass
 BUDGET = {"test-rust": 2600.0, "test-tools": 600.0, "test-python": 9000.0, "test-commands": 800.0}
 """Units that each target takes on a fresh clone, measured on a virtual machine of two cores."""
 
-NAME = "scripts/timed_make.py"
 TOLERANCE = 1.5
 """Multiple of its budget at which a target fails, above what computers differ by in units."""
 
@@ -68,7 +67,8 @@ def over_budget(made: list[Made], speed: float) -> list[str]:
     """Returns a line for each target over its budget, where a unit takes `speed` processor seconds."""
     return [
         f"{each.target} took {each.processor / speed:.0f} units of processor time, more than {TOLERANCE:g} "
-        f"times the {BUDGET[each.target]:.0f} of its budget; shorten it, or give the new figure in {NAME}"
+        f"times the {BUDGET[each.target]:.0f} of its budget; shorten it, or give the new figure in "
+        "scripts/timed_make.py"
         for each in made
         if each.processor / speed > TOLERANCE * BUDGET[each.target]
     ]
