@@ -131,6 +131,8 @@ class _Watch:
         self._reader: socket.socket | None = None
         self._writer: socket.socket | None = None
         self._fd_before = -1
+        self._main = 0
+        """Identifier of the main thread, which enters."""
         self._thread: threading.Thread | None = None
 
     @contextmanager
@@ -200,6 +202,7 @@ class _Watch:
             self._end()
 
     def _begin(self) -> None:
+        self._main = threading.get_ident()
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
         self._fd_before = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
@@ -247,7 +250,7 @@ class _Watch:
         for _ in range(_WAKES):
             if not self.is_entered:
                 return
-            signal.pthread_kill(threading.main_thread().ident or 0, _WAKING)
+            signal.pthread_kill(self._main, _WAKING)
             if self._is_awake.wait(_WAKES_EVERY):
                 return
 
