@@ -17,7 +17,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize mutants bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -136,6 +136,11 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	scripts/fuzz_guided.sh spin
 	scripts/fuzz_guided.sh monitor
 	scripts/fuzz_guided.sh calls
+
+mutants: $(VENV)/.native $(VENV)/.requirements-test  ## Put 500 drawn faults into crates and procedures, print how many the tests find (hours; FIRST=50 tries fewer)
+	$(INSTALL) requirements/mutants.txt
+	cargo install cargo-mutants --quiet --version 27.1.0 --locked --root target/mutants/cargo
+	$(BIN)/python scripts/mutants.py $(if $(FIRST),--first $(FIRST))
 
 package: $(VENV)/.native  ## Build what is released, and use it as a newcomer would; it is in out/package (ten minutes)
 	$(INSTALL) requirements/package.txt

@@ -25,3 +25,4 @@ echo "$build" | pin requirements/test.txt pyproject.toml - --extra all --extra t
 for group in installer package audit; do
     pin requirements/$group.txt --group $group
 done
+pin requirements/mutants.txt --group mutants --constraint requirements/test.txt
