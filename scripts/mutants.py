@@ -16,7 +16,7 @@ import json
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -36,23 +36,34 @@ Row = dict[str, Any]
 FOUND, SURVIVED, NOT_COMPILED = ("found", "over limit"), ("survived", "not reached"), "does not compile"
 GOAL = 0.9
 """Share that the tests are to find."""
-Side = TypeVar("Side")
+Kept = TypeVar("Kept", "Order", mutants_rust.Build, mutants_python.Copy)
 
 
-def ordered(tool: Path) -> list[Mutant]:
-    """Returns the mutants in the order in which they are drawn."""
-    mutants = [*mutants_rust.listed(tool), *mutants_python.listed()]
-    lines: dict[str, int] = {}
-    for part, file in {(mutant.part, mutant.file) for mutant in mutants}:
-        count = mutants_python.lines_of_code if file.endswith(".py") else mutants_rust.lines_of_code
-        lines[part] = lines.get(part, 0) + count((ROOT / file).read_text())
-    drawn = shuffled(mutants, SEED)
-    for part in sorted(lines):
-        share = SIZE * lines[part] / sum(lines.values())
-        print(
-            f"{part:<26}{lines[part]:>7} lines{len(drawn[part]):>7} places{share:>7.1f} of {SIZE}", flush=True
-        )
-    return merged(drawn, lines)[: round(SPARE * SIZE)]
+class Order:
+    """The mutants in the order in which they are drawn."""
+
+    candidates: Sequence[Mutant] = ()
+
+    def __init__(self, tool: Path) -> None:
+        self.tool = tool
+        self.mutants: list[Mutant] = []
+        self.shares: list[str] = []
+        """Lines, places and share of each part."""
+
+    def prepare(self) -> None:
+        """Lists all mutants, and draws."""
+        mutants = [*mutants_rust.listed(self.tool), *mutants_python.listed()]
+        lines: dict[str, int] = {}
+        for part, file in {(mutant.part, mutant.file) for mutant in mutants}:
+            count = mutants_python.lines_of_code if file.endswith(".py") else mutants_rust.lines_of_code
+            lines[part] = lines.get(part, 0) + count((ROOT / file).read_text())
+        drawn = shuffled(mutants, SEED)
+        self.shares = [
+            f"{part:<26}{lines[part]:>7} lines{len(drawn[part]):>7} places"
+            f"{SIZE * lines[part] / sum(lines.values()):>7.1f} of {SIZE}"
+            for part in sorted(lines)
+        ]
+        self.mutants = merged(drawn, lines)[: round(SPARE * SIZE)]
 
 
 def is_rust(mutant: Mutant) -> bool:
@@ -99,18 +110,16 @@ class Trial:
     @functools.cached_property
     def build(self) -> mutants_rust.Build:
         """The crates with all mutants."""
-        build = mutants_rust.Build(FOLDER, SEED)
-        return kept("rust", ("crates", "vectors", "Cargo.lock"), build, lambda: build.prepare(self.rust))
+        return kept("rust", ("crates", "vectors", "Cargo.lock"), mutants_rust.Build(FOLDER, SEED, self.rust))
 
     @functools.cached_property
     def copy(self) -> mutants_python.Copy:
         """The package, and the lines that each file of tests reaches."""
-        copy = mutants_python.Copy(FOLDER)
-        return kept("python", ("python", "tests"), copy, lambda: copy.prepare(self.python))
+        return kept("python", ("python", "tests"), mutants_python.Copy(FOLDER, self.python))
 
     def row(self, mutant: Mutant) -> Row:
         """Tries one; returns what is stored of it."""
-        side: mutants_rust.Build | mutants_python.Copy = self.build if is_rust(mutant) else self.copy
+        side = self.build if is_rust(mutant) else self.copy
         before = processor_seconds()
         how, test = side.try_mutant(mutant)
         old, new = lines_changed(mutant)
@@ -127,19 +136,22 @@ class Trial:
         }
 
 
-def kept(name: str, folders: Sequence[str], side: Side, prepare: Callable[[], None]) -> Side:
-    """Returns what was prepared from the same files before, or prepares it."""
-    names = subprocess.run(
-        ["git", "ls-files", "-z", "--", *folders], cwd=ROOT, check=True, stdout=subprocess.PIPE
-    ).stdout
+def kept(name: str, folders: Sequence[str], side: Kept) -> Kept:
+    """Returns what was prepared of the same files for the same mutants before, or prepares it."""
+    command = ["git", "ls-files", "-z", "--", *folders]
+    names = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
     digest = hashlib.sha256(names)
     for file in filter(None, names.decode().split("\0")):
         digest.update((ROOT / file).read_bytes())
-    path = FOLDER / f"{name}-{digest.hexdigest()[:16]}.pickle"
+    for mutant in side.candidates:
+        digest.update(mutant.name.encode())
+    path = FOLDER / f"{name}.pickle"
     if path.exists():
-        return cast("Side", pickle.loads(path.read_bytes()))
-    prepare()
-    path.write_bytes(pickle.dumps(side))
+        before, prepared = pickle.loads(path.read_bytes())
+        if before == digest.digest():
+            return cast(Kept, prepared)
+    side.prepare()
+    path.write_bytes(pickle.dumps((digest.digest(), side)))
     return side
 
 
@@ -153,12 +165,12 @@ def main(words: list[str]) -> int:
     parser.add_argument("--report", action="store_true", help="print what was found so far, and try none")
     given = parser.parse_args(words)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    print(f"seed {SEED}", flush=True)
-    order = ordered(given.tool)
+    drawn = kept("order", ("crates", "python"), Order(given.tool))
+    print(f"seed {SEED}", *drawn.shares, sep="\n", flush=True)
     path = FOLDER / "results.jsonl"
-    rows, trial = read(path), Trial(order)
+    rows, trial = read(path), Trial(drawn.mutants)
     counted: list[Row] = []
-    for mutant in order:
+    for mutant in drawn.mutants:
         if len(counted) == given.first:
             break
         row = rows.get(mutant.name)

@@ -153,7 +153,8 @@ class TestFile:
 class Copy:
     """A copy of the repository, whose package is altered, and its tests."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, candidates: Sequence[Mutant]) -> None:
+        self.candidates = candidates
         self.tree = folder / "python"
         self.environment = {
             "PYTHONPATH": str(self.tree / "python"),
@@ -163,13 +164,13 @@ class Copy:
         self.tests: dict[str, TestFile] = {}
         self._reached: dict[str, dict[int, set[str]]] = {}
 
-    def prepare(self, candidates: Sequence[Mutant]) -> None:
+    def prepare(self) -> None:
         """Copies the repository, and runs the tests once, which reports the lines that each file reaches."""
         self._copy()
-        folders = {each.part.removeprefix("procedures/") for each in candidates}
+        folders = {each.part.removeprefix("procedures/") for each in self.candidates}
         tests = sorted(f"tests/{each}" for each in {*folders, *OTHERS} if (ROOT / "tests" / each).exists())
         if tests:
-            self._measure(tests, {mutant.file for mutant in candidates})
+            self._measure(tests, {mutant.file for mutant in self.candidates})
 
     def _copy(self) -> None:
         shutil.rmtree(self.tree, ignore_errors=True)

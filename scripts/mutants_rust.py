@@ -194,7 +194,8 @@ class Test:
 class Build:
     """A copy of the repository in which all mutants of a sample are built that can be."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, candidates: Sequence[Mutant]) -> None:
+        self.candidates = candidates
         self.tree, self.target, self.kept = folder / "rust", folder / "build", folder / "programs"
         self.environment = {
             "CARGO_TARGET_DIR": str(self.target),
@@ -212,12 +213,12 @@ class Build:
         self.uncompilable: set[Mutant] = set()
         self.tests: list[Test] = []
 
-    def prepare(self, candidates: Sequence[Mutant]) -> None:
+    def prepare(self) -> None:
         """Builds all candidates that compile together, and runs each test once."""
         self._copy()
-        for mutant in candidates:
+        for mutant in self.candidates:
             self.texts.setdefault(mutant.file, Text((ROOT / mutant.file).read_text()))
-        together = [each for each in candidates if is_switchable(self.texts[each.file], each)]
+        together = [each for each in self.candidates if is_switchable(self.texts[each.file], each)]
         self.numbers = {mutant: number for number, mutant in enumerate(together)}
         while failed := self._uncompiled():
             self.uncompilable |= failed
@@ -239,7 +240,8 @@ class Build:
     def _uncompiled(self) -> set[Mutant]:
         """Builds all but those that did not compile; returns those that do not now."""
         lines = self._write()
-        spans = list(_errors(self._cargo()))
+        messages = self._cargo()
+        spans = list(_errors(messages))
         failed = {
             mutant
             for mutant, number in self.numbers.items()
@@ -250,7 +252,7 @@ class Build:
             and last <= lines[number][1]
         }
         if spans and not failed:
-            sys.exit(f"no mutant is at fault for {spans}")
+            sys.exit("\n".join(str(each["message"]["rendered"]) for each in messages if "message" in each))
         return failed
 
     def _write(self) -> dict[int, tuple[int, int]]:
