@@ -19,7 +19,7 @@ class Span(NamedTuple):
     end_column: int
 
     def contains(self, other: Span) -> bool:
-        """Whether the other span lies within this one."""
+        """True where the other span lies within this one."""
         return self[:2] <= other[:2] and other[2:] <= self[2:]
 
 

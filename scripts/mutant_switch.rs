@@ -10,7 +10,7 @@ const NOTING: usize = usize::MAX - 2;
 static CHOSEN: AtomicUsize = AtomicUsize::new(UNREAD);
 static REACHED: [AtomicBool; 4096] = [const { AtomicBool::new(false) }; 4096];
 
-/// Whether the process runs the mutant of this number.
+/// True where the process runs the mutant of this number.
 #[inline]
 pub fn is_active(mutant: usize) -> bool {
     match CHOSEN.load(Relaxed) {

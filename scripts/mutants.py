@@ -32,7 +32,7 @@ SPARE = 1.3
 """Mutants that are drawn, over those that are tried: not all of Rust's compile."""
 
 Row = dict[str, Any]
-"""What is stored of a mutant that was tried."""
+"""Result of a mutant, as it is stored."""
 FOUND, SURVIVED, NOT_COMPILED = ("found", "over limit"), ("survived", "not reached"), "does not compile"
 GOAL = 0.9
 """Share that the tests are to find."""
@@ -67,7 +67,7 @@ class Order:
 
 
 def is_rust(mutant: Mutant) -> bool:
-    """Whether a mutant is of a crate."""
+    """True for a mutant of a crate."""
     return mutant.file.endswith(".rs")
 
 

@@ -29,9 +29,9 @@ SWITCH = Path(__file__).with_name("mutant_switch.rs")
 CHOSEN, REACHED = "TUMBLE_MUTANT", "TUMBLE_MUTANTS_REACHED"
 
 Message = dict[str, Any]
-"""What cargo writes as JSON."""
+"""Line of JSON that cargo writes."""
 
-# What holds braces that are none: comments, strings, characters.
+# Comments, strings and characters hold braces that are none.
 _TEXT = re.compile(
     r"""//[^\n]*|/\*.*?\*/|b?r(#*)".*?"\1|b?"(?:\\.|[^"\\])*"|b?'(?:\\[^']+|[^'\\])'""", re.DOTALL
 )
@@ -117,7 +117,7 @@ class Text:
 
 
 def is_switchable(text: Text, mutant: Mutant) -> bool:
-    """Whether the mutant is in what runs, and its function has one type of result whatever its body."""
+    """True where the mutant is in code that runs, and the type of the result does not depend on the body."""
     if mutant.function is None:
         return False
     (begins, ends), (start, end) = text.body(mutant.function), text.offsets(mutant.span)
