@@ -1,0 +1,177 @@
+"""Comparison of all pairs of units over seven scales of time, against what health explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.flights.model.error import Errors, levers
+from tumble.foundation.recording import FloatArray
+
+SCALES = (1, 2, 4, 10, 20, 40, 100)
+"""Windows of each mean."""
+LIMITS = (10.0, 9.0, 8.0, 7.0, 7.0, 7.0, 7.0)
+"""Sigmas beyond which a pair disagrees, by scale."""
+DELAYED = 0.0085
+"""s: the most that a delay may explain of a deviation along the derivative."""
+FLOOR = (0.03, 0.0035)
+"""m/s^2 and rad/s that never count as a deviation."""
+NONLINEAR = (0.004, 0.003)
+"""Share of the motion that a model linear in it leaves."""
+USABLE = 0.6
+"""Share of the windows of a mean that must be whole."""
+LEARNT_SECONDS = (4.0, 12.0)
+"""Time constants with which the usual noise rises and falls."""
+CLIPPED = 9.0
+"""Variances beyond which a deviation adds no more to the usual noise."""
+DIFFERENCED = 5
+"""Windows up to which the mean over a block is no noise."""
+LEAST_NOISE = (0.02, 0.001)
+"""m/s^2 and rad/s of the usual noise of a pair over one window."""
+FIRST_NOISE = (0.3, 0.02)
+"""The same before anything is learnt."""
+COLUMNS = 25
+
+
+@dataclass(frozen=True, slots=True)
+class PairMeans:
+    """Running sums of what pairs differ by, and of the motion of the set: means over any span."""
+
+    pairs: tuple[tuple[int, int], ...]
+    sums: FloatArray
+    """(t + 1, b, p, 25): number of whole windows; differences 6; reading, change and product of the set 18."""
+    motion: FloatArray
+    """(t + 1, b, 18): the latter of all windows."""
+
+    def over(self, step: int) -> tuple[NDArray[np.bool_], FloatArray]:
+        """Returns whether the means that end with a window are usable (s, b, p), and them (s, b, p, 24)."""
+        begins = np.array([step + 1 - scale for scale in SCALES])
+        inside = begins >= 0
+        found = self.sums[step + 1] - self.sums[np.maximum(begins, 0)]
+        count = found[..., 0]
+        usable = inside[:, None, None] & (count >= USABLE * np.array(SCALES)[:, None, None])
+        return usable, found[..., 1:] / np.maximum(count, 1.0)[..., None]
+
+    def motion_over(self, step: int) -> FloatArray:
+        """Returns the means of the motion of the set (s, b, 18)."""
+        begins = np.array([max(step + 1 - scale, 0) for scale in SCALES])
+        return np.asarray((self.motion[step + 1] - self.motion[begins]) / (step + 1 - begins)[:, None, None])
+
+
+def paired(reading: FloatArray, whole: NDArray[np.bool_], motion: FloatArray) -> PairMeans:
+    """Sums readings (t, b, n, 6), whole or not (t, b, n), beside the motion of the set (t, b, 18)."""
+    pairs = tuple(combinations(range(reading.shape[2]), 2))
+    first, second = (list(each) for each in zip(*pairs, strict=True))
+    both = (whole[:, :, first] & whole[:, :, second]).astype(float)[..., None]
+    difference = both * (reading[:, :, first] - reading[:, :, second])
+    sums = np.zeros((len(reading) + 1, reading.shape[1], len(pairs), COLUMNS))
+    sums[1:, ..., :1], sums[1:, ..., 1:7], sums[1:, ..., 7:] = both, difference, both * motion[:, :, None]
+    np.cumsum(sums, axis=0, out=sums)
+    total = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion, axis=0)])
+    return PairMeans(pairs, sums, total)
+
+
+def motion_of_set(
+    reading: FloatArray, change: FloatArray, product: FloatArray, whole: NDArray[np.bool_]
+) -> FloatArray:
+    """Returns the median (t, b, 18) of reading, change and product over the whole units (t, b, n)."""
+    joined = np.concatenate([reading, change, product], axis=-1)
+    ordered = np.sort(np.where(whole[..., None], joined, np.inf), axis=2)
+    count = whole.sum(axis=2)
+    low, high = (np.maximum(count - 1, 0) // 2, count // 2)
+    low, high = (np.minimum(each, reading.shape[2] - 1)[..., None, None] for each in (low, high))
+    middle = 0.5 * (np.take_along_axis(ordered, low, axis=2) + np.take_along_axis(ordered, high, axis=2))
+    return np.asarray(np.where(np.isfinite(middle), middle, 0.0)[:, :, 0])
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """All pairs at one time."""
+
+    deviation: FloatArray
+    """(s, b, p, 2, 3) m/s^2 and rad/s: without what errors and delays explain."""
+    uncertainty: FloatArray
+    """(s, b, p, 2, 3) variance of the errors of both units along this motion."""
+    ratio: FloatArray
+    """(s, b, p, 2) sigmas of the deviation over the limit; 0 where the means are not usable."""
+
+
+class PairTest:
+    """Pairs of units against the noise that each usually has."""
+
+    def __init__(self, means: PairMeans) -> None:
+        """Begins with the noise of `FIRST_NOISE`."""
+        self.means = means
+        self.first, self.second = (np.array(each) for each in zip(*means.pairs, strict=True))
+        _, runs, pairs, _ = means.sums.shape
+        scale = np.array(SCALES)[:, None, None, None, None]
+        self.least = (np.array(LEAST_NOISE)[:, None] ** 2) / scale
+        shape = (len(SCALES), runs, pairs, 2, 3)
+        self.noise = np.broadcast_to((np.array(FIRST_NOISE)[:, None] ** 2) / scale, shape).copy()
+        self._sums = np.zeros((3, *shape))
+
+    def compare(self, step: int, errors: Errors, delay: FloatArray, shaking: FloatArray) -> Comparison:
+        """Compares all pairs after a window; delays (b, n) s, vibration over its usual (s, b, 2)."""
+        usable, mean = self.means.over(step)
+        difference, reading, change, product = mean[..., :6], mean[..., 6:12], mean[..., 12:18], mean[..., 18:]
+        lever = levers(change[..., 3:], product)
+        explained = [self._explained(errors, which, reading, lever) for which in (self.first, self.second)]
+        late = (delay[:, self.first] - delay[:, self.second])[..., None]
+        raw = difference - (explained[0] - explained[1]) + late * change
+        deviation = np.stack([raw[..., :3], raw[..., 3:]], axis=-2)
+        deviation = _without_delay(deviation, np.stack([change[..., :3], change[..., 3:]], axis=-2))
+        uncertainty = self._uncertainty(errors, self.means.motion_over(step))
+        slow = np.stack([reading[..., :3] - reading[-1:, ..., :3], reading[..., 3:]], axis=-2)
+        left = (np.array(NONLINEAR)[:, None] ** 2) * np.sum(slow**2, axis=-1, keepdims=True)
+        limits = np.array(LIMITS)[:, None, None, None, None]
+        floor = (np.array(FLOOR)[:, None] / limits) ** 2
+        noise = self.noise * np.maximum(shaking, 1.0)[:, :, None, :, None]
+        squares = np.sum(deviation**2 / (noise + floor + uncertainty + left), axis=-1)
+        ratio = np.where(usable[..., None], np.sqrt(squares) / limits[..., 0], 0.0)
+        return Comparison(deviation, uncertainty, ratio)
+
+    def _explained(self, errors: Errors, which: FloatArray, reading: FloatArray, lever: FloatArray) -> FloatArray:
+        chosen = Errors(
+            errors.rate[:, which], errors.rate_covariance, errors.force[:, which], errors.force_covariance
+        )
+        return np.concatenate([chosen.force_error(reading[..., :3], lever), chosen.rate_error(reading[..., 3:])], -1)
+
+    def _uncertainty(self, errors: Errors, mean: FloatArray) -> FloatArray:
+        """Variance (s, b, p, 2, 3) of both units' errors along the motion of the set (s, b, 18)."""
+        lever = levers(mean[..., 9:12], mean[..., 12:])
+        force = errors.force_variance(mean[..., :3], lever)
+        rate = np.broadcast_to(errors.rate_variance(mean[..., 3:6])[..., None], force.shape)
+        each = np.stack([force, rate], axis=-2)
+        return np.asarray(each[:, :, self.first] + each[:, :, self.second])
+
+    def note(self, comparison: Comparison) -> None:
+        """Adds a comparison to the block."""
+        clipped = np.minimum(comparison.deviation**2, CLIPPED * (self.noise + comparison.uncertainty))
+        self._sums[0] += clipped
+        self._sums[1] += comparison.deviation
+        self._sums[2] += comparison.uncertainty
+
+    def learn(self, sums: FloatArray, windows: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
+        """Moves the usual noise towards that of a block, of the runs and pairs that are chosen (b, p)."""
+        square, mean, uncertainty = sums / windows
+        short = (np.array(SCALES) <= DIFFERENCED)[:, None, None, None, None]
+        target = np.maximum(square - np.where(short, mean**2, uncertainty), self.least)
+        rate = np.where(target > self.noise, seconds / LEARNT_SECONDS[0], seconds / LEARNT_SECONDS[1])
+        some = chosen[None, :, :, None, None]
+        self.noise += np.where(some, rate * (target - self.noise), 0.0)
+
+    def taken(self) -> FloatArray:
+        """Returns the sums of the block, and begins the next."""
+        sums, self._sums = self._sums, np.zeros_like(self._sums)
+        return sums
+
+
+def _without_delay(deviation: FloatArray, change: FloatArray) -> FloatArray:
+    """Takes off what a delay of either sign explains: along the derivative of the set (..., 3)."""
+    size = np.linalg.norm(change, axis=-1, keepdims=True)
+    along = change / np.maximum(size, 1e-12)
+    part = np.sum(deviation * along, axis=-1, keepdims=True)
+    return np.asarray(deviation - np.clip(part, -DELAYED * size, DELAYED * size) * along)

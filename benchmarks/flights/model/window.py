@@ -1,0 +1,143 @@
+"""Means of readings under triangles of 0.1 s at 20 Hz, exact for straight lines between samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.redundancy_set import Samples
+from tumble.foundation.recording import FloatArray
+
+HOP = 0.05
+"""s from one window to the next, and half the width of a triangle."""
+LONGEST = 1.6
+"""Sample interval over the usual one beyond which a window is dropped: a sample is missing."""
+CHANGED = 12
+"""Equal readings in succession that make a unit suspected of repeating itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """Windows of `n` units at `t` times."""
+
+    time: FloatArray
+    """(t,) s, the middle of each triangle; its last reading comes `HOP` later."""
+    reading: FloatArray
+    """(t, n, 6) m/s^2 and rad/s."""
+    change: FloatArray
+    """(t, n, 6) derivative of the same, under the same triangle."""
+    product: FloatArray
+    """(t, n, 6) rad^2/s^2: products xx, yy, zz, xy, xz, yz of angular rates."""
+    scatter: FloatArray
+    """(t, n, 2) variance of a sample, accelerometer and gyroscope, from steps between samples."""
+    is_whole: NDArray[np.bool_]
+    """(t, n) no sample is missing, and none is not a number."""
+    repeated: NDArray[np.int64]
+    """(t, n, 2) equal readings in succession at the end of the window, accelerometer and gyroscope."""
+    silence: FloatArray
+    """(t, n) s since the last sample, at the end of the window; negative before the first."""
+    interval: FloatArray
+    """(n,) s from sample to sample, usually."""
+
+    def part(self, start: int, end: int) -> Windows:
+        """Returns the windows from one index to another."""
+        names = ("time", "reading", "change", "product", "scatter", "is_whole", "repeated", "silence")
+        return Windows(*(getattr(self, name)[start:end] for name in names), self.interval)
+
+
+def grid(units: Sequence[Samples]) -> FloatArray:
+    """Returns the middles of all windows (t,) s that lie between the first and the last sample."""
+    first = min(float(each.time[0]) for each in units if len(each.time))
+    last = max(float(each.time[-1]) for each in units if len(each.time))
+    return np.asarray(np.arange(np.ceil(first / HOP) + 1.0, np.floor(last / HOP)) * HOP)
+
+
+def averaged(units: Sequence[Samples], time: FloatArray, delays: FloatArray) -> Windows:
+    """Averages the samples of units under triangles at times (t,) s; delays (n,) s are subtracted first."""
+    found = [_of_unit(each, time + delay) for each, delay in zip(units, delays, strict=True)]
+    columns = [np.stack(each, axis=1) for each in list(zip(*found, strict=True))[:-1]]
+    return Windows(time, *columns, interval=np.array([each[-1] for each in found]))
+
+
+def _of_unit(samples: Samples, time: FloatArray) -> tuple[object, ...]:
+    values = np.hstack([samples.specific_force, samples.angular_rate])
+    finite = np.isfinite(values).all(axis=1)
+    stamps, values = samples.time[finite], values[finite]
+    order = np.argsort(stamps, kind="stable")
+    stamps, values = stamps[order], values[order]
+    edges = np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]])
+    if len(stamps) < 3:
+        return _nothing(len(time))
+    interval = float(np.median(np.diff(stamps)))
+    rate = values[:, 3:]
+    products = np.column_stack([rate**2, rate[:, [0]] * rate[:, 1:], rate[:, 1] * rate[:, 2]])
+    once, twice = _integrals(stamps, np.hstack([values, products]), edges)
+    # A triangle is the second difference of a double integral, and that of an integral is its derivative.
+    means = (twice[2:] - 2.0 * twice[1:-1] + twice[:-2]) / HOP**2
+    changes = (once[2:, :6] - 2.0 * once[1:-1, :6] + once[:-2, :6]) / HOP**2
+    index = np.searchsorted(stamps, edges, side="right")
+    steps = np.diff(values, axis=0)
+    squares = np.column_stack([np.sum(steps[:, :3] ** 2, axis=1), np.sum(steps[:, 3:] ** 2, axis=1)]) / 6.0
+    sums = np.vstack([np.zeros((2, 2)), np.cumsum(squares, axis=0)])
+    counts = np.maximum(index[2:] - index[:-2], 1)[:, None]
+    gaps = np.diff(stamps) > LONGEST * interval
+    missing = np.concatenate([[0, 0], np.cumsum(gaps)])
+    outer = np.minimum(index + 1, len(stamps))
+    inside = (index[:-2] > 0) & (index[2:] < len(stamps)) & (outer[2:] > index[:-2] + 1)
+    is_whole = inside & (missing[outer[2:]] == missing[np.maximum(index[:-2], 1)])
+    last = np.clip(index[2:] - 1, 0, len(stamps) - 1)
+    silence = np.where(index[2:] > 0, edges[2:] - stamps[last], -1.0)
+    return (
+        means[:, :6],
+        changes,
+        means[:, 6:],
+        (sums[index[2:]] - sums[index[:-2]]) / counts,
+        is_whole,
+        _repeated(values)[last],
+        silence,
+        interval,
+    )
+
+
+def _nothing(count: int) -> tuple[object, ...]:
+    """Returns the windows of a unit that never sent enough."""
+    sixes = [np.zeros((count, 6)) for _ in range(3)]
+    none = np.zeros(count, dtype=bool)
+    return (*sixes, np.zeros((count, 2)), none, np.zeros((count, 2), dtype=int), np.full(count, -1.0), 1.0)
+
+
+def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Integrates straight lines between samples once and twice, up to times `at` (m,): two of (m, k)."""
+    middle = values.mean(axis=0)
+    values = values - middle
+    step = np.diff(stamps)[:, None]
+    once = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * step * (values[1:] + values[:-1]), axis=0)])
+    pieces = once[:-1] * step + (2.0 * values[:-1] + values[1:]) * step**2 / 6.0
+    twice = np.vstack([np.zeros(values.shape[1]), np.cumsum(pieces, axis=0)])
+    index = np.clip(np.searchsorted(stamps, at, side="right") - 1, 0, len(stamps) - 2)
+    since = (at - stamps[index])[:, None]
+    slope = (values[index + 1] - values[index]) / np.maximum(step[index], 1e-9)
+    # Beyond the samples the line is level: no slope of two samples is followed for seconds.
+    slope = np.where((at < stamps[0])[:, None] | (at > stamps[-1])[:, None], 0.0, slope)
+    start = values[index]
+    after = (at - stamps[0])[:, None]
+    return (
+        once[index] + since * (start + 0.5 * since * slope) + middle * after,
+        twice[index]
+        + since * (once[index] + since * (0.5 * start + since * slope / 6.0))
+        + 0.5 * middle * after**2,
+    )
+
+
+def _repeated(values: FloatArray) -> NDArray[np.int64]:
+    """Counts at each sample the readings before it that equal it without a break: (m, 2) of both triads."""
+    found = np.zeros((len(values), 2), dtype=int)
+    place = np.arange(len(values))
+    for sensor in (0, 1):
+        same = np.zeros(len(values), dtype=bool)
+        same[1:] = np.all(values[1:, 3 * sensor : 3 * sensor + 3] == values[:-1, 3 * sensor : 3 * sensor + 3], axis=1)
+        found[:, sensor] = place - np.maximum.accumulate(np.where(same, 0, place))
+    return found
