@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +19,10 @@ SIGNIFICANT = 0.003
 """s: sigma of a delay beyond which the motion was too little to find it."""
 
 
-def found_delays(units: Sequence[Samples], start: float, end: float) -> FloatArray:
-    """Returns the delay (n,) s of each unit behind the first, from the rates between two times; 0 if unknown."""
+def found_delay(primary: Samples, unit: Samples, start: float, end: float) -> float:
+    """Returns the delay of a unit behind the primary, s, from the rates between two times; 0 if unknown."""
     time = np.arange(start + SOUGHT, end - SOUGHT, STEP)
-    wanted = _smooth(_rates(units[0], time))
-    return np.array([0.0, *(_delay(each, time, wanted) for each in units[1:])])
+    return _delay(unit, time, _smooth(_rates(primary, time)))
 
 
 def _rates(samples: Samples, time: FloatArray) -> FloatArray:

@@ -29,6 +29,8 @@ NOISY_OVER_USUAL, NOISY_OVER_OTHERS = 6.0, 4.0
 NOISY_WINDOWS = 4
 LEAST_SCATTER = (0.02, 0.002)
 """m/s^2 and rad/s: usual scatter of a sample is no less."""
+USUAL_SECONDS = 10.0
+"""Time constant of the usual scatter."""
 LOSSY = 0.6
 """Share of whole windows over `LOSSY_WINDOWS` within which too many samples are lost."""
 LOSSY_WINDOWS = 40
@@ -122,14 +124,11 @@ class Own:
         share = (self.shares[step + 1] - self.shares[step + 1 - LOSSY_WINDOWS]) / LOSSY_WINDOWS
         return np.asarray(share < LOSSY)
 
-    def shaking(self, step: int, scales: Sequence[int], active: NDArray[np.bool_]) -> FloatArray:
-        """Returns the vibration of the set over its usual (s, b, 2): second smallest of the units' ratios."""
+    def ratio(self, step: int, scales: Sequence[int]) -> FloatArray:
+        """Returns the scatter of samples over each scale, over its usual (s, b, n, 2)."""
         begins = np.array([max(step + 1 - scale, 0) for scale in scales])
         mean = (self.sums[step + 1] - self.sums[begins]) / (step + 1 - begins)[:, None, None, None]
-        ratio = self._over_usual(mean)
-        ordered = np.sort(np.where(active[..., None], ratio, np.inf), axis=2)
-        which = np.where(active.sum(axis=1) > 2, 1, 0)
-        return np.asarray(np.take_along_axis(ordered, which[None, :, None, None], axis=2)[:, :, 0])
+        return self._over_usual(mean)
 
     def learn(self, first: int, last: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
         """Learns what is usual from the windows of a block, of units that are chosen (b, n)."""
@@ -140,7 +139,3 @@ class Own:
         self.usual += np.where(some, share * (mean - self.usual), 0.0)
         longest = self.repeated[first:last].max(axis=0)
         self.most_repeated = np.where(some, np.maximum(self.most_repeated, longest), self.most_repeated)
-
-
-USUAL_SECONDS = 10.0
-"""Time constant of the usual scatter."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.flights.model.clock import found_delays
+from benchmarks.flights.model.clock import found_delay
 from benchmarks.flights.model.error import (
     FORCE_WINDOWS,
     Errors,
@@ -18,7 +18,8 @@ from benchmarks.flights.model.error import (
 )
 from benchmarks.flights.model.hypotheses import Own, Vote
 from benchmarks.flights.model.test import SCALES, Comparison, PairTest, motion_of_set, paired
-from benchmarks.flights.model.window import HOP, Windows, averaged, grid
+from benchmarks.flights.model.vibration import Aliased, of_set
+from benchmarks.flights.model.window import HOP, UnitWindows, Windows, averaged, beside, grid
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import Samples
 from tumble.foundation.recording import FloatArray
@@ -79,6 +80,7 @@ class Monitor:
         pairs = self.test.means.pairs
         self.vote = Vote(pairs, self.units, (len(SCALES), self.runs, len(pairs), 2))
         self.own = Own(windows)
+        self.aliased = Aliased(reading, self.motion, self.whole)
         self.errors = errors
         self.events: list[list[Event]] = [[] for _ in range(self.runs)]
         self.voted_out = np.zeros((self.runs, self.units), dtype=bool)
@@ -114,7 +116,8 @@ class Monitor:
         began = float(self.time[0])
         self._look_at_own(step, now, began)
         active = self._active(now)
-        shaking = self.own.shaking(step, SCALES, active)
+        samples, windows = self.own.ratio(step, SCALES), self.aliased.ratio(step)
+        shaking = np.maximum(of_set(samples, active), of_set(windows, active))
         comparison = self.test.compare(step, self.errors, self.delay, shaking)
         self.test.note(comparison)
         judged = active[:, self.test.first] & active[:, self.test.second]
@@ -197,6 +200,7 @@ class Monitor:
             pairs = calm[:, self.test.first] & calm[:, self.test.second]
             self.test.learn(block.noise, block.last - block.first, seconds, pairs)
             self.own.learn(block.first, block.last, seconds, calm)
+            self.aliased.learn(block.first, block.last, seconds, calm)
         self.waiting, self.begun = done, self._block(end)
 
 
@@ -206,9 +210,21 @@ def flown(
     """Flies runs of equal length, each the samples of all units, primary first."""
     time = grid(runs[0])
     start = max(float(each.time[0]) for each in runs[0])
+    # Runs of one flight share the samples of all units but the faulty one, and so their windows.
+    delays: dict[tuple[int, int], float] = {}
+    means: dict[tuple[int, float], UnitWindows] = {}
     windows = []
     for run in runs:
-        delays = found_delays(run, start, start + CLOCKS) if find_delays else np.zeros(len(run))
-        windows.append(averaged(run, time, delays))
-    known = nothing_known(len(runs), len(runs[0])) if errors is None else errors
-    return Monitor(windows, known, CLOCKS if find_delays else BEGINS).fly()
+        each = []
+        for unit in run:
+            pair = (id(run[0]), id(unit))
+            if pair not in delays:
+                known = find_delays and unit is not run[0]
+                delays[pair] = found_delay(run[0], unit, start, start + CLOCKS) if known else 0.0
+            key = (id(unit), delays[pair])
+            if key not in means:
+                means[key] = averaged(unit, time, delays[pair])
+            each.append(means[key])
+        windows.append(beside(each, time))
+    known_errors = nothing_known(len(runs), len(runs[0])) if errors is None else errors
+    return Monitor(windows, known_errors, CLOCKS if find_delays else BEGINS).fly()

@@ -111,6 +111,7 @@ class PairTest:
         self.least = (np.array(LEAST_NOISE)[:, None] ** 2) / scale
         shape = (len(SCALES), runs, pairs, 2, 3)
         self.noise = np.broadcast_to((np.array(FIRST_NOISE)[:, None] ** 2) / scale, shape).copy()
+        self.blocks = np.ones((runs, pairs))
         self._sums = np.zeros((3, *shape))
 
     def compare(self, step: int, errors: Errors, delay: FloatArray, shaking: FloatArray) -> Comparison:
@@ -160,6 +161,9 @@ class PairTest:
         short = (np.array(SCALES) <= DIFFERENCED)[:, None, None, None, None]
         target = np.maximum(square - np.where(short, mean**2, uncertainty), self.least)
         rate = np.where(target > self.noise, seconds / LEARNT_SECONDS[0], seconds / LEARNT_SECONDS[1])
+        # The first blocks are averaged: what is known before them is one block's worth.
+        self.blocks += chosen
+        rate = np.maximum(rate, 1.0 / self.blocks[None, :, :, None, None])
         some = chosen[None, :, :, None, None]
         self.noise += np.where(some, rate * (target - self.noise), 0.0)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,18 @@ from tumble.foundation.recording import FloatArray
 
 HOP = 0.05
 """s from one window to the next, and half the width of a triangle."""
+ENDS = 0.5
+"""s by which logs end apart."""
 LONGEST = 1.6
 """Sample interval over the usual one beyond which a window is dropped: a sample is missing."""
 CHANGED = 12
 """Equal readings in succession that make a unit suspected of repeating itself."""
+
+
+UnitWindows: TypeAlias = tuple[
+    FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.int64], FloatArray, float
+]
+"""Columns of one unit, in the order of `Windows`, and its sample interval."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,27 +51,27 @@ class Windows:
     interval: FloatArray
     """(n,) s from sample to sample, usually."""
 
-    def part(self, start: int, end: int) -> Windows:
-        """Returns the windows from one index to another."""
-        names = ("time", "reading", "change", "product", "scatter", "is_whole", "repeated", "silence")
-        return Windows(*(getattr(self, name)[start:end] for name in names), self.interval)
-
 
 def grid(units: Sequence[Samples]) -> FloatArray:
-    """Returns the middles of all windows (t,) s that lie between the first and the last sample."""
+    """Returns the middles of all windows (t,) s between the first sample and the last.
+
+    Logs that end within `ENDS` of the last one end with the first of them: their silence is no fault.
+    """
     first = min(float(each.time[0]) for each in units if len(each.time))
-    last = max(float(each.time[-1]) for each in units if len(each.time))
+    ends = [float(each.time[-1]) for each in units if len(each.time)]
+    last = min(end for end in ends if end > max(ends) - ENDS)
     return np.asarray(np.arange(np.ceil(first / HOP) + 1.0, np.floor(last / HOP)) * HOP)
 
 
-def averaged(units: Sequence[Samples], time: FloatArray, delays: FloatArray) -> Windows:
-    """Averages the samples of units under triangles at times (t,) s; delays (n,) s are subtracted first."""
-    found = [_of_unit(each, time + delay) for each, delay in zip(units, delays, strict=True)]
-    columns = [np.stack(each, axis=1) for each in list(zip(*found, strict=True))[:-1]]
-    return Windows(time, *columns, interval=np.array([each[-1] for each in found]))
+def beside(units: Sequence[UnitWindows], time: FloatArray) -> Windows:
+    """Puts the windows of units at times (t,) s beside one another."""
+    *columns, intervals = zip(*units, strict=True)
+    return Windows(time, *(np.stack(each, axis=1) for each in columns), interval=np.array(intervals))
 
 
-def _of_unit(samples: Samples, time: FloatArray) -> tuple[object, ...]:
+def averaged(samples: Samples, time: FloatArray, delay: float) -> UnitWindows:
+    """Averages the samples of a unit under triangles at times (t,) s; its delay, s, is subtracted first."""
+    time = time + delay
     values = np.hstack([samples.specific_force, samples.angular_rate])
     finite = np.isfinite(values).all(axis=1)
     stamps, values = samples.time[finite], values[finite]
@@ -102,7 +111,7 @@ def _of_unit(samples: Samples, time: FloatArray) -> tuple[object, ...]:
     )
 
 
-def _nothing(count: int) -> tuple[object, ...]:
+def _nothing(count: int) -> UnitWindows:
     """Returns the windows of a unit that never sent enough."""
     sixes = [np.zeros((count, 6)) for _ in range(3)]
     none = np.zeros(count, dtype=bool)
