@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.flights.model.aiding import DECIDED, EARLIER, TwoHypotheses, Velocities
 from benchmarks.flights.model.clock import found_delay
 from benchmarks.flights.model.error import (
     FORCE_WINDOWS,
@@ -37,6 +38,8 @@ OTHER_RATE = 2
 RETURNS = 2.0
 """s without its own fault after which a unit counts again."""
 NO_UNIT = -1
+SETTLED = 10.0
+"""s of agreement after which a dispute is over."""
 DWELL = 2
 """Windows in succession in which two units disagree before it is reported."""
 
@@ -66,8 +69,14 @@ class _Block:
 class Monitor:
     """One set of units over many runs."""
 
-    def __init__(self, windows: Sequence[Windows], errors: Errors, begins: float = BEGINS) -> None:
-        """Takes the windows of all runs, which share their times, and errors as they are stored."""
+    def __init__(
+        self,
+        windows: Sequence[Windows],
+        errors: Errors,
+        begins: float = BEGINS,
+        velocities: Velocities | None = None,
+    ) -> None:
+        """Takes the windows of all runs, which share their times, errors as they are stored, and what aids."""
         self.time = windows[0].time
         self.begins = begins
         reading = np.stack([each.reading for each in windows], axis=1)
@@ -87,6 +96,11 @@ class Monitor:
         self.own_until = np.full((self.runs, self.units), -np.inf)
         self.was_active = np.ones((self.runs, self.units), dtype=bool)
         self.disputing = np.zeros((self.runs, len(pairs)), dtype=int)
+        self.disputed_since = np.full(self.runs, np.nan)
+        self.disputed_last = np.full(self.runs, -np.inf)
+        aided = velocities is not None and self.units == 2
+        self.hypotheses = TwoHypotheses(velocities, self.runs) if velocities is not None and aided else None
+        self.held = reading[0]
         self.begun: _Block = self._block(0)
         self.waiting: _Block | None = None
         self.delay = np.zeros((self.runs, self.units))
@@ -123,6 +137,8 @@ class Monitor:
         judged = active[:, self.test.first] & active[:, self.test.second]
         if now - began >= self.begins:
             self._vote(comparison, judged, active, now)
+        if self.hypotheses is not None:
+            self._aid(step, now, active)
         self._select(now)
         self.begun.calm &= np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3)) < AGREEING
         self.begun.active &= active & self.whole[step]
@@ -142,6 +158,27 @@ class Monitor:
                 if now >= self.own_until[run, unit] and not self.voted_out[run, unit]:
                     self._name(run, unit, now, reason)
                 self.own_until[run, unit] = now + RETURNS
+
+    def _aid(self, step: int, now: float, active: NDArray[np.bool_]) -> None:
+        """Holds both units against what is measured from outside, and names one of two that disagree."""
+        assert self.hypotheses is not None
+        self.held = np.where(self.whole[step][..., None], self.reading[step], self.held)
+        motion = self.motion[step]
+        lever = levers(motion[:, 9:12], motion[:, 12:])
+        force = self.held[..., :3] - self.errors.force_error(motion[:, None, :3], lever[:, None])
+        rate = self.held[..., 3:] - self.errors.rate_error(motion[:, None, 3:6])
+        known = len(self.hypotheses.evidence)
+        self.hypotheses.advance(now, force, rate, HOP)
+        if len(self.hypotheses.evidence) == known:
+            return
+        disputed = ~np.isnan(self.disputed_since)
+        self.hypotheses.learn(~disputed)
+        evidence = self.hypotheses.logarithm(np.where(disputed, self.disputed_since, np.inf) - EARLIER)
+        decided = disputed & (np.abs(evidence) > DECIDED) & active.all(axis=1)
+        for run in np.nonzero(decided)[0]:
+            unit = 0 if evidence[run] > 0.0 else 1
+            self.voted_out[run, unit] = True
+            self._name(run, unit, now, "aiding")
 
     def _select(self, now: float) -> None:
         """Takes the first unit without a fault as the source."""
@@ -167,10 +204,16 @@ class Monitor:
         worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 3))
         before = self.disputing.copy()
         self.disputing = np.where(worst > 1.0, self.disputing + 1, 0)
-        for run, pair in zip(*np.nonzero((self.disputing == DWELL) & (before < DWELL)), strict=True):
-            if not enough[run]:
+        for run, pair in zip(*np.nonzero((self.disputing >= DWELL) & (before < DWELL)), strict=True):
+            if not enough[run] and np.isnan(self.disputed_since[run]):
+                self.disputed_since[run] = now
                 unit = int(self.test.second[pair])
                 self.events[run].append((now, unit, "disagree", {"other": int(self.test.first[pair])}))
+        self.disputed_last = np.where(worst.max(axis=1) > AGREEING, now, self.disputed_last)
+        over = now - self.disputed_last > SETTLED
+        for run in np.nonzero(over & ~np.isnan(self.disputed_since))[0]:
+            self.events[run].append((now, 1, "agree", {}))
+        self.disputed_since = np.where(over, np.nan, self.disputed_since)
 
     def _gather(self, step: int, active: NDArray[np.bool_]) -> None:
         """Adds windows to the information of the block."""
@@ -205,9 +248,13 @@ class Monitor:
 
 
 def flown(
-    runs: Sequence[Sequence[Samples]], errors: Errors | None = None, *, find_delays: bool = True
+    runs: Sequence[Sequence[Samples]],
+    errors: Errors | None = None,
+    velocities: Velocities | None = None,
+    *,
+    find_delays: bool = True,
 ) -> list[Flown]:
-    """Flies runs of equal length, each the samples of all units, primary first."""
+    """Flies runs of equal length, each the samples of all units, primary first, aided by velocities if any."""
     time = grid(runs[0])
     start = max(float(each.time[0]) for each in runs[0])
     # Runs of one flight share the samples of all units but the faulty one, and so their windows.
@@ -227,4 +274,4 @@ def flown(
             each.append(means[key])
         windows.append(beside(each, time))
     known_errors = nothing_known(len(runs), len(runs[0])) if errors is None else errors
-    return Monitor(windows, known_errors, CLOCKS if find_delays else BEGINS).fly()
+    return Monitor(windows, known_errors, CLOCKS if find_delays else BEGINS, velocities).fly()

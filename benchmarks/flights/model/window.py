@@ -45,7 +45,7 @@ class Windows:
     is_whole: NDArray[np.bool_]
     """(t, n) no sample is missing, and none is not a number."""
     repeated: NDArray[np.int64]
-    """(t, n, 2) equal readings in succession at the end of the window, accelerometer and gyroscope."""
+    """(t, n, 6) equal readings of an axis in succession, at the end of the window."""
     silence: FloatArray
     """(t, n) s since the last sample, at the end of the window; negative before the first."""
     interval: FloatArray
@@ -115,7 +115,7 @@ def _nothing(count: int) -> UnitWindows:
     """Returns the windows of a unit that never sent enough."""
     sixes = [np.zeros((count, 6)) for _ in range(3)]
     none = np.zeros(count, dtype=bool)
-    return (*sixes, np.zeros((count, 2)), none, np.zeros((count, 2), dtype=int), np.full(count, -1.0), 1.0)
+    return (*sixes, np.zeros((count, 2)), none, np.zeros((count, 6), dtype=int), np.full(count, -1.0), 1.0)
 
 
 def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,11 +142,7 @@ def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[
 
 
 def _repeated(values: FloatArray) -> NDArray[np.int64]:
-    """Counts at each sample the readings before it that equal it without a break: (m, 2) of both triads."""
-    found = np.zeros((len(values), 2), dtype=int)
-    place = np.arange(len(values))
-    for sensor in (0, 1):
-        same = np.zeros(len(values), dtype=bool)
-        same[1:] = np.all(values[1:, 3 * sensor : 3 * sensor + 3] == values[:-1, 3 * sensor : 3 * sensor + 3], axis=1)
-        found[:, sensor] = place - np.maximum.accumulate(np.where(same, 0, place))
-    return found
+    """Counts at each sample the readings of an axis before it that equal it without a break (m, 6)."""
+    same = np.vstack([np.zeros(6, dtype=bool), values[1:] == values[:-1]])
+    place = np.arange(len(values))[:, None]
+    return np.asarray(place - np.maximum.accumulate(np.where(same, 0, place), axis=0))
