@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.redundancy_set import Samples, direction
 from tumble.foundation.recording import FloatArray
@@ -37,7 +38,9 @@ class FaultClass:
 
 
 def _with(samples: Samples, sensor: str, readings: FloatArray) -> Samples:
-    return replace(samples, **{sensor: readings})
+    if sensor == "specific_force":
+        return replace(samples, specific_force=readings)
+    return replace(samples, angular_rate=readings)
 
 
 def _step(sensor: str, size: float) -> Change:
@@ -79,7 +82,9 @@ def _noise(sensor: str, size: float) -> Change:
 def _spikes(sensor: str, size: float) -> Change:
     def change(samples: Samples, first: int, start: float, random: np.random.Generator) -> Samples:
         readings = getattr(samples, sensor).copy()
-        some = (random.random(len(readings) - first) < SPIKING) * random.choice([-1.0, 1.0], len(readings) - first)
+        some = (random.random(len(readings) - first) < SPIKING) * random.choice(
+            [-1.0, 1.0], len(readings) - first
+        )
         readings[first:] += np.outer(some, size * direction(random))
         return _with(samples, sensor, readings)
 
@@ -123,7 +128,7 @@ def _lagging(samples: Samples, first: int, start: float, random: np.random.Gener
     return replace(samples, specific_force=found[0], angular_rate=found[1])
 
 
-def _kept(samples: Samples, kept: FloatArray) -> Samples:
+def _kept(samples: Samples, kept: NDArray[np.bool_]) -> Samples:
     return Samples(
         samples.time[kept], samples.arrival[kept], samples.specific_force[kept], samples.angular_rate[kept]
     )

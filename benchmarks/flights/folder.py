@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from benchmarks.redundancy_set import Samples
@@ -51,12 +52,12 @@ def read(folder: Path) -> RecordedFlight:
     return RecordedFlight(folder.name, units, position["time"].to_numpy() - start, _columns(position, PLACE))
 
 
-def _samples(table: object, start: float) -> Samples:
+def _samples(table: pa.Table, start: float) -> Samples:
     time = np.asarray(table["time"].to_numpy(), dtype=float) - start
     order = np.argsort(time, kind="stable")
     time = time[order]
     return Samples(time, time, _columns(table, FORCE)[order], _columns(table, RATE)[order])
 
 
-def _columns(table: object, names: Sequence[str]) -> FloatArray:
+def _columns(table: pa.Table, names: Sequence[str]) -> FloatArray:
     return np.column_stack([np.asarray(table[name].to_numpy(), dtype=float) for name in names])

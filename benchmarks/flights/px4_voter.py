@@ -1,9 +1,9 @@
 """The voter of PX4 with default parameters, written from their published meaning, for comparison.
 
-A sensor is invalid after 300 ms without a sample, or after 100 values in succession that equal the one before.
-Units are compared with the mean of all by a filter of one twentieth a sample; what exceeds 7 deg/s or 1 m/s^2 is
-integrated, and the largest of three and more is faulty beyond 15 deg or 2 m/s (`EKF2_SEL_IMU_RAT`, `_ANG`,
-`_ACC`, `_VEL`). It learns no errors: what is stored is subtracted before, as the calibration of PX4 is.
+A sensor is invalid after 300 ms without a sample, or after 100 values in succession that equal the one
+before. Units are compared with the mean of all by a filter of one twentieth a sample; the excess over 7 deg/s
+or 1 m/s^2 is integrated, and the largest of three and more is faulty beyond 15 deg or 2 m/s
+(`EKF2_SEL_IMU_RAT`, `_ANG`, `_ACC`, `_VEL`). It learns no errors: stored ones are subtracted before.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LONGEST_STEP = 0.02
 
 
 def events(units: Sequence[Samples]) -> list[Event]:
-    """Returns the start, and the unit that is named first, if any, at the time of a sample of the first unit."""
+    """Returns the start, and the unit that is named first, if any, at the time of a sample."""
     time = units[0].time if len(units[0].time) > 1 else units[1].time
     named = [each for number, unit in enumerate(units) if (each := _invalid(unit, number, time)) is not None]
     if len(units) > 2:

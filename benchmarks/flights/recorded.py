@@ -2,8 +2,9 @@
 
 `python -m benchmarks.flights.recorded [FOLDER] [--flights 4] [--classes gyroscope] [--units 3] [--draws 1]`
 
-FOLDER, by default ../shared/data/quadrotor, holds a folder a flight: `imu_1.parquet` and so on, `rtk.parquet`.
-Every second flight is held out: what is stored comes from the others. `benchmarks/README.md` defines the figures.
+FOLDER, by default ../shared/data/quadrotor, holds a folder a flight: `imu_1.parquet` and so on, and
+`rtk.parquet`. Every second flight is held out: stored errors come from the others. `benchmarks/README.md`
+defines the figures.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from benchmarks.flights import folder as flight_folder
 from benchmarks.flights import px4_voter
 from benchmarks.flights.classes import CLASSES, SHARES
 from benchmarks.flights.folder import RecordedFlight
+from benchmarks.flights.model.aiding import MEASURED, SPAN, of_positions
 from benchmarks.flights.model.error import Errors
 from benchmarks.flights.model.monitor import flown
 from benchmarks.flights.stored_errors import Store, corrected, joined, learnt, records
@@ -34,13 +36,18 @@ from benchmarks.redundancy_judgement import Event, judge
 from benchmarks.redundancy_set import Samples
 from benchmarks.results import Content, machine, save
 from tumble import _core
+from tumble.logs.aiding import Aiding, NativeAiding, in_order
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "quadrotor"
 SIZES = (2, 3, 4)
 DRAWS = 2
 LONG = 60.0
 """s beyond which a flight does not teach what is stored."""
-MONITORS = ("PX4", "PX4, stored", "today", "today, stored", "model", "model, stored")
+MONITORS = (
+    *("PX4", "PX4, stored", "today", "today, stored", "model", "model, stored"),
+    *("today, stored, aided", "model, aided", "model, stored, aided"),
+)
+"""The last three for two units, beside the velocity of a satellite receiver."""
 OUTCOMES = ("right", "wrong", "none")
 SETTINGS: dict[str, object] = {"evaluate_every": 10.0}
 
@@ -71,13 +78,17 @@ def drawn(flight: RecordedFlight, number: int, held_out: bool, options: Mapping[
         sets = list(combinations(everyone, size))
         for numbers in sets:
             samples = tuple(flight.units[each] for each in numbers)
-            found.append(Run(flight.name, held_out, numbers, "", -1, flight.duration, flight.duration, samples))
+            found.append(
+                Run(flight.name, held_out, numbers, "", -1, flight.duration, flight.duration, samples)
+            )
         for index, (name, each) in enumerate(CLASSES.items()):
             if options["classes"] not in name:
                 continue
             for draw in range(options["draws"]):
                 random = np.random.default_rng([options["seed"], number, size, index, draw])
-                numbers = tuple(int(unit) for unit in random.permutation(sets[int(random.integers(len(sets)))]))
+                numbers = tuple(
+                    int(unit) for unit in random.permutation(sets[int(random.integers(len(sets)))])
+                )
                 faulty = int(random.integers(size))
                 start = float(random.uniform(*SHARES)) * flight.duration
                 samples = tuple(
@@ -90,43 +101,60 @@ def drawn(flight: RecordedFlight, number: int, held_out: bool, options: Mapping[
     return found
 
 
-def judged(runs: Sequence[Run], store: Store) -> list[dict[str, Any]]:
+def judged(runs: Sequence[Run], flight: RecordedFlight, store: Store) -> list[dict[str, Any]]:
     """Flies runs of one flight and size with every monitor, and judges the events of each."""
-    known = joined([store.of_set(run.numbers) for run in runs])
-    model = [each.events for each in flown([run.samples for run in runs])]
-    stored = [each.events for each in flown([run.samples for run in runs], known)]
+    stored = [store.of_set(run.numbers) for run in runs]
     found = []
-    for index, run in enumerate(runs):
-        errors = store.of_set(run.numbers)
-        events = (
-            px4_voter.events(run.samples),
-            px4_voter.events(corrected(run.samples, errors)),
-            today(run.samples, None),
-            today(run.samples, errors),
-            model[index],
-            stored[index],
-        )
-        found += [_row(run, name, each) for name, each in zip(MONITORS, events, strict=True)]
+    for name, events in _flown(runs, flight, stored):
+        found += [_row(run, name, each) for run, each in zip(runs, events, strict=True)]
     return found
 
 
-def today(samples: Sequence[Samples], errors: Errors | None) -> list[Event]:
-    """Returns the events of the present monitor, which is given what is stored, if anything."""
+def _flown(
+    runs: Sequence[Run], flight: RecordedFlight, stored: Sequence[Errors]
+) -> Iterator[tuple[str, list[list[Event]]]]:
+    """Returns the events of all runs, by monitor."""
+    samples, known = [run.samples for run in runs], joined(stored)
+    yield "PX4", [px4_voter.events(each) for each in samples]
+    yield (
+        "PX4, stored",
+        [px4_voter.events(corrected(each, of)) for each, of in zip(samples, stored, strict=True)],
+    )
+    yield "today", [today(each, None) for each in samples]
+    yield "today, stored", [today(each, of) for each, of in zip(samples, stored, strict=True)]
+    yield "model", [each.events for each in flown(samples)]
+    yield "model, stored", [each.events for each in flown(samples, known)]
+    if len(samples[0]) > 2 or not len(flight.position_time):
+        return
+    velocities = of_positions(flight.position_time, flight.position)
+    aided = in_order([Aiding.velocity(velocities.end - 0.5 * SPAN, velocities.value, MEASURED)], ())
+    yield "today, stored, aided", [today(each, of, aided) for each, of in zip(samples, stored, strict=True)]
+    yield "model, aided", [each.events for each in flown(samples, None, velocities)]
+    yield "model, stored, aided", [each.events for each in flown(samples, known, velocities)]
+
+
+def today(
+    samples: Sequence[Samples], errors: Errors | None, aided: Sequence[NativeAiding] = ()
+) -> list[Event]:
+    """Returns the events of the present monitor, which is given what is stored and what aids, if anything."""
     monitor = _core.RedundancyMonitor([_core.RedundancyUnit(n + 1) for n in range(len(samples))], SETTINGS)
     for record in records(errors) if errors is not None else ():
         if (why := monitor.restore(record)) is not None:
             raise RuntimeError(f"a stored error is refused: {why}")
-    said = monitor.replay(
+    replayed = monitor.replay(
         [each.time for each in samples],
         [np.ascontiguousarray(each.specific_force) for each in samples],
         [np.ascontiguousarray(each.angular_rate) for each in samples],
+        measurements=aided,
     )
-    return [(float(t), int(unit), what, dict(figures)) for t, unit, what, figures in said["events"]]
+    return [(float(t), int(unit), what, dict(figures)) for t, unit, what, figures in replayed["events"]]
 
 
 def _row(run: Run, monitor: str, events: Sequence[Event]) -> dict[str, Any]:
     judgement = judge(events, run.faulty if run.fault else None, run.start, run.end)
-    outcome = {"right": "right", "wrong": "wrong", "too early": "wrong", None: None}.get(judgement.outcome, "none")
+    outcome = {"right": "right", "wrong": "wrong", "too early": "wrong", None: None}.get(
+        judgement.outcome, "none"
+    )
     named = [event for event in events if event[2] == "unhealthy"]
     return {
         "monitor": monitor,
@@ -194,7 +222,9 @@ def show(figures: Content, console: Console) -> None:
         of = {name: figures[f"{name}, N = {units}"] for name in MONITORS if f"{name}, N = {units}" in figures}
         if not of:
             continue
-        table = Table("fault", *of, title=f"N = {units}: right / wrong / none; time to alert, s, median / 95 %")
+        table = Table(
+            "fault", *of, title=f"N = {units}: right / wrong / none; time to alert, s, median / 95 %"
+        )
         for name in CLASSES:
             cells = [each["classes"].get(name) for each in of.values()]
             if any(cells):
@@ -224,7 +254,12 @@ def _false(of: Mapping[str, Any]) -> str:
 def _failures(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     for row in rows:
         if row["monitor"].startswith("model") and (row["outcome"] in ("wrong", "none") or row["false"]):
-            yield str({name: row[name] for name in ("monitor", "flight", "numbers", "fault", "faulty", "start", "named")})
+            yield str(
+                {
+                    name: row[name]
+                    for name in ("monitor", "flight", "numbers", "fault", "faulty", "start", "named")
+                }
+            )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -243,14 +278,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not stated.folder.is_dir() or not (paths := flight_folder.flights(stated.folder)):
         console.print(f"not run: {stated.folder} holds no folder with imu_1.parquet")
         return 0
-    options = {"units": stated.units or SIZES, "classes": stated.classes, "draws": stated.draws, "seed": stated.seed}
+    options = {
+        "units": stated.units or SIZES,
+        "classes": stated.classes,
+        "draws": stated.draws,
+        "seed": stated.seed,
+    }
     flights = [flight_folder.read(path) for path in paths[: stated.flights]]
     store = learnt([flight for flight in flights[::2] if flight.duration < LONG])
     rows = []
     for number, flight in enumerate(track(flights, "flights", console=console)):
         runs = drawn(flight, number, bool(number % 2), options)
         for size in options["units"]:
-            rows += judged([run for run in runs if len(run.numbers) == size], store)
+            rows += judged([run for run in runs if len(run.numbers) == size], flight, store)
     figures = {
         title: summary([row for row in rows if row["held out"] == held_out])
         for title, held_out in (("looked at", False), ("held out", True))

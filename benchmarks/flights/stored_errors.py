@@ -28,7 +28,7 @@ class Store:
     """Errors of each unit beside each other one."""
 
     errors: Mapping[Pair, Errors]
-    """Of sets of two, one run."""
+    """Those of sets of two, one run."""
 
     def of_set(self, numbers: Sequence[int]) -> Errors:
         """Returns the errors of a set, primary first, as they may have changed since."""
@@ -83,7 +83,11 @@ def records(errors: Errors) -> list[dict[str, Any]]:
             }
             if sensor == "accelerometer":
                 arm = errors.force[0, unit, ARM].copy()
-                record |= {"fit_model": "affine and lever arm", "lever_arm": arm, "lever_arm_sigma": sigmas[12:]}
+                record |= {
+                    "fit_model": "affine and lever arm",
+                    "lever_arm": arm,
+                    "lever_arm_sigma": sigmas[12:],
+                }
             found.append(record)
     return found
 
@@ -98,13 +102,13 @@ def _corrections(errors: Errors, unit: int, sensor: str) -> tuple[FloatArray, Fl
 
 def _variances(errors: Errors, unit: int, sensor: str) -> FloatArray:
     if sensor == "accelerometer":
-        return np.diagonal(errors.force_covariance[0, unit]).copy()
+        return np.array(np.diagonal(errors.force_covariance[0, unit]))
     row = np.diagonal(errors.rate_covariance[0, unit])
     return np.concatenate([np.tile(row[:3], 3), np.full(3, row[3])])
 
 
 def corrected(units: Sequence[Samples], errors: Errors) -> list[Samples]:
-    """Returns samples with the errors of the first run subtracted, places aside: for a voter that learns none."""
+    """Returns samples with the errors of the first run subtracted, but not those of their places."""
     found = [units[0]]
     for unit, samples in enumerate(units[1:], start=1):
         readings = []

@@ -8,7 +8,7 @@ CONFIDENCE = 0.95
 
 
 def wilson(count: int, of: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Returns the interval of Wilson (1927) of a proportion, within 0 and 1; all of it where nothing was tried."""
+    """Returns the interval of Wilson (1927) of a proportion; 0 to 1 where nothing was tried."""
     if of == 0:
         return 0.0, 1.0
     sigmas = float(norm.ppf(0.5 + 0.5 * confidence))

@@ -1,5 +1,6 @@
-"""A redundant set by one model, in numpy: `shared/design/redundancy.md` in code that a reader can follow.
+"""A redundant set by one model, in numpy, before it becomes the core's.
 
-`window` averages readings, `error` holds what is known of a secondary, `clock` finds its delay, `test` compares
-pairs, `hypotheses` names the unit, `output` fuses, `monitor` ties them. All run many flights of one length at once.
+`clock` finds delays, `window` averages readings, `error` holds the knowledge of a secondary, `test` compares
+pairs beside `vibration`, `hypotheses` and `aiding` name the unit, and `monitor` ties them. All take many
+flights of one length at once.
 """

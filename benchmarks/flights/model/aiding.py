@@ -1,8 +1,8 @@
 """Two hypotheses where two units disagree: each unit alone explains a velocity from outside, or it does not.
 
 A filter a unit holds attitude, velocity, biases, and the delay of the aiding measurement, 13 errors, and is
-updated by means of velocity over successive spans. Whose innovations are too large is wrong. The heading is
-unknown at first: filters begin with several, and those that explain the first seconds best go on.
+updated by means of velocity over successive spans. The unit with the larger innovations is wrong. The heading
+is unknown at first: filters begin with several, and those that explain the first seconds best go on.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ ATTITUDE, VELOCITY, RATE_BIAS, FORCE_BIAS, DELAY = (
     slice(12, 13),
 )
 ERRORS = 13
+UP = np.array([0.0, 0.0, STANDARD_GRAVITY])
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +106,8 @@ class TwoHypotheses:
                 self._begin(self.velocities.value[self.next])
                 self.next += 1
             return
-        self.filters.advance(*(np.tile(each.reshape(-1, 3), (self.headings, 1)) for each in (force, rate)), step)
+        tiled = [np.tile(each.reshape(-1, 3), (self.headings, 1)) for each in (force, rate)]
+        self.filters.advance(tiled[0], tiled[1], step)
         if now >= ends[self.next]:
             self._measure(float(ends[self.next]), self.velocities.value[self.next])
             self.next += 1
@@ -184,7 +186,15 @@ class Navigation:
 
     def chosen(self, which: NDArray[np.int64]) -> None:
         """Goes on with some of the filters."""
-        for name in ("attitude", "velocity", "rate_bias", "force_bias", "delay", "covariance", "acceleration"):
+        for name in (
+            "attitude",
+            "velocity",
+            "rate_bias",
+            "force_bias",
+            "delay",
+            "covariance",
+            "acceleration",
+        ):
             setattr(self, name, getattr(self, name)[which].copy())
         self.sum, self.sum_acceleration = self.sum[which].copy(), self.sum_acceleration[which].copy()
 
@@ -192,15 +202,13 @@ class Navigation:
         """Goes on by a step, s, with specific force (m, 3) and angular rate (m, 3)."""
         turn = _rotation((rate - self.rate_bias) * step)
         felt = np.einsum("mij,mj->mi", self.attitude, force - self.force_bias)
-        self.acceleration = felt - [0.0, 0.0, STANDARD_GRAVITY]
+        self.acceleration = felt - UP
         self.velocity = self.velocity + step * self.acceleration
         change = np.tile(np.eye(ERRORS), (len(force), 1, 1))
         change[:, VELOCITY, ATTITUDE] = -step * _cross(felt)
         change[:, ATTITUDE, RATE_BIAS] = -step * self.attitude
         change[:, VELOCITY, FORCE_BIAS] = -step * self.attitude
-        noise = np.concatenate(
-            [[NOISE[1]] * 3, [NOISE[0]] * 3, [WALK[1]] * 3, [WALK[0]] * 3, [0.0]]
-        )
+        noise = np.concatenate([[NOISE[1]] * 3, [NOISE[0]] * 3, [WALK[1]] * 3, [WALK[0]] * 3, [0.0]])
         self.covariance = change @ self.covariance @ change.swapaxes(-1, -2) + np.diag(noise**2 * step)
         self.attitude = self.attitude @ turn
         self.sum += self.velocity
@@ -208,12 +216,12 @@ class Navigation:
         self.steps += 1
 
     def measure(self, velocity: FloatArray, span: float, sigma: float) -> FloatArray:
-        """Updates with the mean velocity (m, 3) since the last one; returns innovations squared (m,), clipped."""
+        """Updates with the mean velocity (m, 3) since the last time: innovations squared (m,), clipped."""
         mean = self.sum / max(self.steps, 1)
         acceleration = self.sum_acceleration / max(self.steps, 1)
         self.sum, self.sum_acceleration, self.steps = np.zeros_like(mean), np.zeros_like(mean), 0
         design = np.zeros((len(mean), 3, ERRORS))
-        felt = self.acceleration + [0.0, 0.0, STANDARD_GRAVITY]
+        felt = self.acceleration + UP
         # The mean is what the velocity was half a span ago.
         design[:, :, ATTITUDE] = 0.5 * span * _cross(felt)
         design[:, :, VELOCITY] = np.eye(3)

@@ -1,28 +1,68 @@
-"""Delay of each unit's clock behind the primary's, from angular rates: found once, then followed."""
+"""Clocks of secondaries beside the primary's: a delay and its rate, from angular rates.
+
+The first seconds give the delay, every later span corrects it and its rate. A span that contradicts them is
+left out: a clock that jumps, or a fault, is no drift.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.redundancy_set import Samples
 from tumble.foundation.recording import FloatArray
 
+FIRST = 5.0
+"""s whose motion gives the first delay."""
+SPAN = 10.0
+"""s of each later span."""
 SOUGHT = 0.15
 """s: largest delay that is sought."""
 STEP = 0.005
 """s between delays that are tried."""
 SMOOTHED = 10
-"""Steps of a mean."""
+"""Steps of a mean: clocks shift motion, and not vibration."""
 SIGNIFICANT = 0.003
 """s: sigma of a delay beyond which the motion was too little to find it."""
+INDEPENDENT = 0.3
+"""Share of the samples of a mean that count as independent."""
+LEAST_SIGMA = 1e-3
+"""s, of a delay: filters of units differ."""
+CRYSTAL = 1e-4
+"""1 sigma of the rate of a crystal against another."""
+CONTRADICTED = 4.0
+"""Sigmas beyond which a span is left out."""
 
 
-def found_delay(primary: Samples, unit: Samples, start: float, end: float) -> float:
-    """Returns the delay of a unit behind the primary, s, from the rates between two times; 0 if unknown."""
-    time = np.arange(start + SOUGHT, end - SOUGHT, STEP)
-    return _delay(unit, time, _smooth(_rates(primary, time)))
+def synchronised(primary: Samples, unit: Samples, start: float) -> Samples:
+    """Returns the samples of a unit with the stamps of the primary's clock, as known at each time."""
+    first = _delay(primary, unit, start, start + FIRST)
+    if first is None:
+        first = 0.0, SIGNIFICANT
+    state = np.array([first[0], 0.0])
+    covariance = np.diag([max(first[1], LEAST_SIGMA) ** 2, CRYSTAL**2])
+    at, delay = start + 0.5 * FIRST, np.full(len(unit.time), state[0])
+    move = np.array([[1.0, SPAN], [0.0, 1.0]])
+    # Both must go on: the span that a unit does not reach shows nothing.
+    last = min(float(primary.time[-1]), float(unit.time[-1])) if len(unit.time) else start
+    end = start + FIRST + SPAN
+    while end < last:
+        seconds = end - 0.5 * SPAN - at
+        move[0, 1] = seconds
+        state, covariance = move @ state, move @ covariance @ move.T
+        at += seconds
+        found = _delay(primary, unit, end - SPAN, end)
+        if found is not None:
+            variance = covariance[0, 0] + max(found[1], LEAST_SIGMA) ** 2
+            innovation = found[0] - state[0]
+            if innovation**2 < CONTRADICTED**2 * variance:
+                gain = covariance[:, 0] / variance
+                state = state + gain * innovation
+                covariance = covariance - np.outer(gain, covariance[0])
+        delay = np.where(unit.time >= end, state[0] + state[1] * (unit.time - at), delay)
+        end += SPAN
+    return replace(unit, time=unit.time - delay)
 
 
 def _rates(samples: Samples, time: FloatArray) -> FloatArray:
@@ -31,32 +71,26 @@ def _rates(samples: Samples, time: FloatArray) -> FloatArray:
 
 
 def _smooth(rate: FloatArray) -> FloatArray:
-    """Returns means over 50 ms, without the mean of all: what clocks shift, and vibration does not."""
+    """Returns means over 50 ms, without the mean of all."""
     sums = np.vstack([np.zeros(3), np.cumsum(rate, axis=0)])
     means = (sums[SMOOTHED:] - sums[:-SMOOTHED]) / SMOOTHED
     return np.asarray(means - means.mean(axis=0))
 
 
-def _delay(samples: Samples, time: FloatArray, wanted: FloatArray) -> float:
+def _delay(primary: Samples, unit: Samples, start: float, end: float) -> tuple[float, float] | None:
+    """Returns the delay of a unit between two times and its sigma, s, or nothing where it does not show."""
+    time = np.arange(start + SOUGHT, end - SOUGHT, STEP)
+    if len(time) < 4 * SMOOTHED or len(unit.time) < 10 or len(primary.time) < 10:
+        return None
+    wanted = _smooth(_rates(primary, time))
     tried = np.arange(-SOUGHT, SOUGHT + 0.5 * STEP, STEP)
-    if len(wanted) < 20 or len(samples.time) < 10:
-        return 0.0
-    left = np.array([np.mean((_smooth(_rates(samples, time + each)) - wanted) ** 2) for each in tried])
+    left = np.array([np.mean((_smooth(_rates(unit, time + each)) - wanted) ** 2) for each in tried])
     best = int(np.argmin(left))
     if best in (0, len(tried) - 1):
-        return 0.0
+        return None
     before, least, after = left[best - 1 : best + 2]
     curvature = (before - 2.0 * least + after) / STEP**2
-    # Vibration is alike for longer than a sample: a tenth of the samples counts as independent.
-    sigma = np.sqrt(least / (0.5 * curvature * 0.3 * len(wanted))) if curvature > 0.0 else np.inf
-    return float(tried[best] + 0.5 * STEP * (before - after) / (before - 2.0 * least + after)) if sigma < SIGNIFICANT else 0.0
-
-
-@dataclass(slots=True)
-class Delays:
-    """What is left of the delays of all units of all runs, followed from window to window."""
-
-    mean: FloatArray
-    """(b, n) s."""
-    variance: FloatArray
-    """(b, n) s^2."""
+    sigma = np.sqrt(2.0 * least / (curvature * INDEPENDENT * len(wanted)))
+    if not sigma < SIGNIFICANT:
+        return None
+    return float(tried[best] + 0.5 * STEP * (before - after) / (before - 2.0 * least + after)), float(sigma)

@@ -3,9 +3,9 @@
     y_j = M_j (x + W r_j) + b_j     accelerometer: x specific force at the primary's place
     y_j = M_j x + b_j               gyroscope: x angular rate
 
-Parameters are differences from a perfect unit: rows `[M - 1 | b]` of the gyroscope, which share one covariance
-(4, 4), and `[M - 1 | b | r]` of the accelerometer, 15. Leading axes of all arrays are runs and units. Unit 0 is
-the primary, of which nothing is unknown: errors are relative to it.
+Parameters are differences from a perfect unit: rows `[M - 1 | b]` of the gyroscope, which share one
+covariance (4, 4), and `[M - 1 | b | r]` of the accelerometer, 15. Leading axes of all arrays are runs and
+units. Unit 0 is the primary, of which nothing is unknown: errors are relative to it.
 """
 
 from __future__ import annotations
@@ -86,7 +86,9 @@ class Errors:
             some * information.force[:, 1:],
             some * information.force_sum[:, 1:, :, None],
         )
-        found = Errors(*(each.copy() for each in (self.rate, self.rate_covariance, self.force, self.force_covariance)))
+        found = Errors(
+            *(each.copy() for each in (self.rate, self.rate_covariance, self.force, self.force_covariance))
+        )
         found.rate[:, 1:], found.rate_covariance[:, 1:] = rate.swapaxes(-1, -2), rate_cov
         found.force[:, 1:], found.force_covariance[:, 1:] = force[..., 0], force_cov
         return found
@@ -102,14 +104,14 @@ class Errors:
         return np.asarray(np.sum((phi @ self.rate_covariance) * phi, axis=(-1, -2)))
 
     def force_error(self, force: FloatArray, lever: FloatArray) -> FloatArray:
-        """Error (..., b, n, 3) m/s^2 of each unit at specific forces (..., b, 1, 3) and levers (..., b, 1, 3, 3)."""
+        """Error (..., b, n, 3) m/s^2 of each unit at forces (..., b, 1, 3) and levers (..., b, 1, 3, 3)."""
         matrix = self.force[..., :9].reshape(*self.force.shape[:-1], 3, 3)
         carried = np.sum(lever * self.force[..., None, ARM], axis=-1)
         turned = np.sum(matrix * (force + carried)[..., None, :], axis=-1)
         return np.asarray(turned + carried + self.force[..., BIAS])
 
     def bilinear(self, lever: FloatArray) -> FloatArray:
-        """Returns (M - 1) W r (b, n, 3) m/s^2 at levers (b, 3, 3): the part that is not linear in the parameters."""
+        """Returns (M - 1) W r (b, n, 3) m/s^2 at levers (b, 3, 3): no linear part of the parameters."""
         matrix = self.force[..., :9].reshape(*self.force.shape[:-1], 3, 3)
         carried = np.sum(lever[:, None] * self.force[..., None, ARM], axis=-1)
         return np.asarray(np.sum(matrix * carried[..., None, :], axis=-1))

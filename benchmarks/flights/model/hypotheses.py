@@ -46,9 +46,7 @@ class Vote:
         self.odd = np.full((scales, runs, sensors), -1)
         self.deviation = np.zeros((scales, runs, sensors, 3))
 
-    def found(
-        self, ratio: FloatArray, deviation: FloatArray, active: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
+    def found(self, ratio: FloatArray, deviation: FloatArray, active: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Returns the unit (b,) that was odd in two windows in succession, or -1; active pairs are (b, p)."""
         known = np.where(active[None, :, :, None], ratio, 0.0)
         worst = known.max(axis=2)
@@ -108,7 +106,9 @@ class Own:
         ratio = np.sqrt(self._over_usual(self.scatter[step]))
         ratio = np.where(self.whole[step][..., None], ratio, 0.0)
         shown = np.where(active[..., None], ratio, 0.0)
-        others = np.stack([np.delete(shown, unit, axis=1).max(axis=1) for unit in range(shown.shape[1])], axis=1)
+        others = np.stack(
+            [np.delete(shown, unit, axis=1).max(axis=1) for unit in range(shown.shape[1])], axis=1
+        )
         loud = (ratio > NOISY_OVER_USUAL) & (ratio > NOISY_OVER_OTHERS * np.maximum(others, 1.0))
         self.noisy = np.where(loud, self.noisy + 1, 0)
         return np.asarray(np.any(self.noisy >= NOISY_WINDOWS, axis=-1))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flights.model.aiding import DECIDED, EARLIER, TwoHypotheses, Velocities
-from benchmarks.flights.model.clock import found_delay
+from benchmarks.flights.model.clock import FIRST, synchronised
 from benchmarks.flights.model.error import (
     FORCE_WINDOWS,
     Errors,
@@ -27,8 +27,6 @@ from tumble.foundation.recording import FloatArray
 
 BEGINS = 2.0
 """s after which units are compared."""
-CLOCKS = 5.0
-"""s whose motion shows the delays of clocks."""
 BLOCK = 20
 """Windows of a block, that is learnt from when the next one has ended in agreement."""
 AGREEING = 0.6
@@ -50,7 +48,7 @@ class Flown:
 
     events: list[Event]
     errors: Errors
-    """Of one run."""
+    """Those of this run."""
 
 
 @dataclass(slots=True)
@@ -76,7 +74,7 @@ class Monitor:
         begins: float = BEGINS,
         velocities: Velocities | None = None,
     ) -> None:
-        """Takes the windows of all runs, which share their times, errors as they are stored, and what aids."""
+        """Takes windows of all runs, which share their times, stored errors, and aiding velocities."""
         self.time = windows[0].time
         self.begins = begins
         reading = np.stack([each.reading for each in windows], axis=1)
@@ -103,7 +101,6 @@ class Monitor:
         self.held = reading[0]
         self.begun: _Block = self._block(0)
         self.waiting: _Block | None = None
-        self.delay = np.zeros((self.runs, self.units))
         self.source = np.full(self.runs, NO_UNIT - 1)
 
     def fly(self) -> list[Flown]:
@@ -111,7 +108,10 @@ class Monitor:
         for step in range(len(self.time)):
             self._step(step)
         return [
-            Flown(self.events[run], Errors(*(getattr(self.errors, name)[[run]] for name in self.errors.__slots__)))
+            Flown(
+                self.events[run],
+                Errors(*(getattr(self.errors, name)[[run]] for name in self.errors.__slots__)),
+            )
             for run in range(self.runs)
         ]
 
@@ -132,7 +132,7 @@ class Monitor:
         active = self._active(now)
         samples, windows = self.own.ratio(step, SCALES), self.aliased.ratio(step)
         shaking = np.maximum(of_set(samples, active), of_set(windows, active))
-        comparison = self.test.compare(step, self.errors, self.delay, shaking)
+        comparison = self.test.compare(step, self.errors, shaking)
         self.test.note(comparison)
         judged = active[:, self.test.first] & active[:, self.test.second]
         if now - began >= self.begins:
@@ -140,7 +140,9 @@ class Monitor:
         if self.hypotheses is not None:
             self._aid(step, now, active)
         self._select(now)
-        self.begun.calm &= np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3)) < AGREEING
+        self.begun.calm &= (
+            np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3)) < AGREEING
+        )
         self.begun.active &= active & self.whole[step]
         self._gather(step, active)
         if (step + 1) % BLOCK == 0:
@@ -190,8 +192,10 @@ class Monitor:
             self.events[run].append((now, int(source[run]), "selected", {"reason": reason}))
         self.source = source
 
-    def _name(self, run: int, unit: int, now: float, reason: str) -> None:
-        self.events[run].append((now, int(unit), "unhealthy", {"reason": reason}))
+    def _name(
+        self, run: int | np.signedinteger, unit: int | np.signedinteger, now: float, reason: str
+    ) -> None:
+        self.events[int(run)].append((now, int(unit), "unhealthy", {"reason": reason}))
 
     def _vote(
         self, comparison: Comparison, judged: NDArray[np.bool_], active: NDArray[np.bool_], now: float
@@ -254,24 +258,16 @@ def flown(
     *,
     find_delays: bool = True,
 ) -> list[Flown]:
-    """Flies runs of equal length, each the samples of all units, primary first, aided by velocities if any."""
+    """Flies runs of equal length, of each the samples of all units, primary first; velocities aid two."""
     time = grid(runs[0])
     start = max(float(each.time[0]) for each in runs[0])
     # Runs of one flight share the samples of all units but the faulty one, and so their windows.
-    delays: dict[tuple[int, int], float] = {}
-    means: dict[tuple[int, float], UnitWindows] = {}
-    windows = []
+    means: dict[tuple[int, int], UnitWindows] = {}
     for run in runs:
-        each = []
         for unit in run:
-            pair = (id(run[0]), id(unit))
-            if pair not in delays:
-                known = find_delays and unit is not run[0]
-                delays[pair] = found_delay(run[0], unit, start, start + CLOCKS) if known else 0.0
-            key = (id(unit), delays[pair])
-            if key not in means:
-                means[key] = averaged(unit, time, delays[pair])
-            each.append(means[key])
-        windows.append(beside(each, time))
+            if (pair := (id(run[0]), id(unit))) not in means:
+                known = unit if unit is run[0] or not find_delays else synchronised(run[0], unit, start)
+                means[pair] = averaged(known, time)
+    windows = [beside([means[id(run[0]), id(unit)] for unit in run], time) for run in runs]
     known_errors = nothing_known(len(runs), len(runs[0])) if errors is None else errors
-    return Monitor(windows, known_errors, CLOCKS if find_delays else BEGINS, velocities).fly()
+    return Monitor(windows, known_errors, FIRST if find_delays else BEGINS, velocities).fly()

@@ -42,9 +42,9 @@ class PairMeans:
 
     pairs: tuple[tuple[int, int], ...]
     sums: FloatArray
-    """(t + 1, b, p, 25): number of whole windows; differences 6; reading, change and product of the set 18."""
+    """(t + 1, b, p, 25): number of whole windows; differences 6; motion of the set 18."""
     motion: FloatArray
-    """(t + 1, b, 18): the latter of all windows."""
+    """(t + 1, b, 18): reading, change and product of the set, of all windows."""
 
     def over(self, step: int) -> tuple[NDArray[np.bool_], FloatArray]:
         """Returns whether the means that end with a window are usable (s, b, p), and them (s, b, p, 24)."""
@@ -114,14 +114,18 @@ class PairTest:
         self.blocks = np.ones((runs, pairs))
         self._sums = np.zeros((3, *shape))
 
-    def compare(self, step: int, errors: Errors, delay: FloatArray, shaking: FloatArray) -> Comparison:
-        """Compares all pairs after a window; delays (b, n) s, vibration over its usual (s, b, 2)."""
+    def compare(self, step: int, errors: Errors, shaking: FloatArray) -> Comparison:
+        """Compares all pairs after a window; vibration over its usual (s, b, 2)."""
         usable, mean = self.means.over(step)
-        difference, reading, change, product = mean[..., :6], mean[..., 6:12], mean[..., 12:18], mean[..., 18:]
+        difference, reading, change, product = (
+            mean[..., :6],
+            mean[..., 6:12],
+            mean[..., 12:18],
+            mean[..., 18:],
+        )
         lever = levers(change[..., 3:], product)
         explained = [self._explained(errors, which, reading, lever) for which in (self.first, self.second)]
-        late = (delay[:, self.first] - delay[:, self.second])[..., None]
-        raw = difference - (explained[0] - explained[1]) + late * change
+        raw = difference - (explained[0] - explained[1])
         deviation = np.stack([raw[..., :3], raw[..., 3:]], axis=-2)
         deviation = _without_delay(deviation, np.stack([change[..., :3], change[..., 3:]], axis=-2))
         uncertainty = self._uncertainty(errors, self.means.motion_over(step))
@@ -134,11 +138,15 @@ class PairTest:
         ratio = np.where(usable[..., None], np.sqrt(squares) / limits[..., 0], 0.0)
         return Comparison(deviation, uncertainty, ratio)
 
-    def _explained(self, errors: Errors, which: FloatArray, reading: FloatArray, lever: FloatArray) -> FloatArray:
+    def _explained(
+        self, errors: Errors, which: FloatArray, reading: FloatArray, lever: FloatArray
+    ) -> FloatArray:
         chosen = Errors(
             errors.rate[:, which], errors.rate_covariance, errors.force[:, which], errors.force_covariance
         )
-        return np.concatenate([chosen.force_error(reading[..., :3], lever), chosen.rate_error(reading[..., 3:])], -1)
+        return np.concatenate(
+            [chosen.force_error(reading[..., :3], lever), chosen.rate_error(reading[..., 3:])], -1
+        )
 
     def _uncertainty(self, errors: Errors, mean: FloatArray) -> FloatArray:
         """Variance (s, b, p, 2, 3) of both units' errors along the motion of the set (s, b, 18)."""

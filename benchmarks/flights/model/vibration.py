@@ -16,7 +16,7 @@ LEAST = (0.02, 0.001)
 
 
 class Aliased:
-    """Vibration that is left in windows: sampled slower than it swings, it is slow, and no scatter of samples shows it.
+    """Vibration that windows show: sampled slower than it swings it is slow, and no scatter of samples.
 
     Second differences of a unit's deviation from the set contain neither a constant fault nor a ramp. Two
     units have one deviation: there, neither may shake more than its own windows do.
@@ -26,7 +26,9 @@ class Aliased:
         """Takes readings (t, b, n, 6), the motion of the set (t, b, 18) and which are whole (t, b, n)."""
         deviation = reading - motion[:, :, None, :6]
         self.is_pair = reading.shape[2] == 2
-        self.sums = [_swings(each, whole) for each in ((deviation, reading) if self.is_pair else (deviation,))]
+        self.sums = [
+            _swings(each, whole) for each in ((deviation, reading) if self.is_pair else (deviation,))
+        ]
         self.usual = [np.zeros(each.shape[1:-1]) for each in self.sums]
 
     def ratio(self, step: int) -> FloatArray:
@@ -45,7 +47,7 @@ class Aliased:
 
 
 def of_set(ratio: FloatArray, active: NDArray[np.bool_]) -> FloatArray:
-    """Returns the second smallest (..., b, 2) of the active units' ratios (..., b, n, 2), of two the smaller."""
+    """Returns the second smallest (..., b, 2) of the ratios (..., b, n, 2) of active units, or of two."""
     ordered = np.sort(np.where(active[..., None], ratio, np.inf), axis=-2)
     which = np.where(active.sum(axis=1) > 2, 1, 0)[:, None, None]
     which = np.broadcast_to(which, (*ordered.shape[:-2], 1, 2))
@@ -56,7 +58,9 @@ def _swings(values: FloatArray, whole: NDArray[np.bool_]) -> FloatArray:
     """Sums (t + 1, b, n, 2, 2): mean squares of second differences of an axis, and how many there are."""
     second = values[2:] - 2.0 * values[1:-1] + values[:-2]
     usable = (whole[2:] & whole[1:-1] & whole[:-2])[..., None]
-    squares = np.stack([np.sum(second[..., :3] ** 2, axis=-1), np.sum(second[..., 3:] ** 2, axis=-1)], -1) / 18.0
+    squares = (
+        np.stack([np.sum(second[..., :3] ** 2, axis=-1), np.sum(second[..., 3:] ** 2, axis=-1)], -1) / 18.0
+    )
     found = np.zeros((len(values) + 1, *values.shape[1:3], 2, 2))
     found[3:, ..., 0], found[3:, ..., 1] = np.where(usable, squares, 0.0), usable
     return np.asarray(np.cumsum(found, axis=0, out=found))

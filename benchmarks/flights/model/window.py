@@ -66,21 +66,20 @@ def grid(units: Sequence[Samples]) -> FloatArray:
 def beside(units: Sequence[UnitWindows], time: FloatArray) -> Windows:
     """Puts the windows of units at times (t,) s beside one another."""
     *columns, intervals = zip(*units, strict=True)
-    return Windows(time, *(np.stack(each, axis=1) for each in columns), interval=np.array(intervals))
+    stacked = [np.stack(each, axis=1) for each in columns]
+    return Windows(time, *stacked, np.array(intervals))  # type: ignore[call-arg]
 
 
-def averaged(samples: Samples, time: FloatArray, delay: float) -> UnitWindows:
-    """Averages the samples of a unit under triangles at times (t,) s; its delay, s, is subtracted first."""
-    time = time + delay
+def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
+    """Averages the samples of a unit under triangles at times (t,) s."""
     values = np.hstack([samples.specific_force, samples.angular_rate])
     finite = np.isfinite(values).all(axis=1)
     stamps, values = samples.time[finite], values[finite]
     order = np.argsort(stamps, kind="stable")
     stamps, values = stamps[order], values[order]
-    edges = np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]])
     if len(stamps) < 3:
         return _nothing(len(time))
-    interval = float(np.median(np.diff(stamps)))
+    edges = np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]])
     rate = values[:, 3:]
     products = np.column_stack([rate**2, rate[:, [0]] * rate[:, 1:], rate[:, 1] * rate[:, 2]])
     once, twice = _integrals(stamps, np.hstack([values, products]), edges)
@@ -88,34 +87,44 @@ def averaged(samples: Samples, time: FloatArray, delay: float) -> UnitWindows:
     means = (twice[2:] - 2.0 * twice[1:-1] + twice[:-2]) / HOP**2
     changes = (once[2:, :6] - 2.0 * once[1:-1, :6] + once[:-2, :6]) / HOP**2
     index = np.searchsorted(stamps, edges, side="right")
-    steps = np.diff(values, axis=0)
-    squares = np.column_stack([np.sum(steps[:, :3] ** 2, axis=1), np.sum(steps[:, 3:] ** 2, axis=1)]) / 6.0
-    sums = np.vstack([np.zeros((2, 2)), np.cumsum(squares, axis=0)])
-    counts = np.maximum(index[2:] - index[:-2], 1)[:, None]
-    gaps = np.diff(stamps) > LONGEST * interval
-    missing = np.concatenate([[0, 0], np.cumsum(gaps)])
-    outer = np.minimum(index + 1, len(stamps))
-    inside = (index[:-2] > 0) & (index[2:] < len(stamps)) & (outer[2:] > index[:-2] + 1)
-    is_whole = inside & (missing[outer[2:]] == missing[np.maximum(index[:-2], 1)])
-    last = np.clip(index[2:] - 1, 0, len(stamps) - 1)
-    silence = np.where(index[2:] > 0, edges[2:] - stamps[last], -1.0)
+    begin, end = index[:-2], index[2:]
+    interval = float(np.median(np.diff(stamps)))
+    last = np.clip(end - 1, 0, len(stamps) - 1)
+    silence = np.where(end > 0, edges[2:] - stamps[last], -1.0)
     return (
         means[:, :6],
         changes,
         means[:, 6:],
-        (sums[index[2:]] - sums[index[:-2]]) / counts,
-        is_whole,
+        _scatter(values, begin, end),
+        _is_whole(np.diff(stamps) > LONGEST * interval, begin, end),
         _repeated(values)[last],
         silence,
         interval,
     )
 
 
+def _scatter(values: FloatArray, begin: NDArray[np.int64], end: NDArray[np.int64]) -> FloatArray:
+    """Returns the variance of an axis (t, 2) between indices of samples, from steps between samples."""
+    steps = np.diff(values, axis=0) ** 2 / 6.0
+    squares = np.column_stack([np.sum(steps[:, :3], axis=1), np.sum(steps[:, 3:], axis=1)])
+    sums = np.vstack([np.zeros((2, 2)), np.cumsum(squares, axis=0)])
+    return np.asarray((sums[end] - sums[begin]) / np.maximum(end - begin, 1)[:, None])
+
+
+def _is_whole(gaps: NDArray[np.bool_], begin: NDArray[np.int64], end: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Returns whether no gap (m - 1,) touches the samples between indices, one to either side included."""
+    count = len(gaps) + 1
+    missing = np.concatenate([[0, 0], np.cumsum(gaps)])
+    inside = (begin > 0) & (end < count) & (end > begin)
+    after = np.minimum(end + 1, count)
+    return np.asarray(inside & (missing[after] == missing[np.maximum(begin, 1)]))
+
+
 def _nothing(count: int) -> UnitWindows:
     """Returns the windows of a unit that never sent enough."""
-    sixes = [np.zeros((count, 6)) for _ in range(3)]
-    none = np.zeros(count, dtype=bool)
-    return (*sixes, np.zeros((count, 2)), none, np.zeros((count, 6), dtype=int), np.full(count, -1.0), 1.0)
+    six = np.zeros((count, 6))
+    none, never = np.zeros(count, dtype=bool), np.full(count, -1.0)
+    return six, six, six, np.zeros((count, 2)), none, np.zeros((count, 6), dtype=np.int64), never, 1.0
 
 
 def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,302 @@
+"""The model of a redundant set obeys its laws; faults of real flights are drawn and judged by theirs."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from benchmarks.flights import folder as flight_folder
+from benchmarks.flights import px4_voter, recorded
+from benchmarks.flights.body import GRID_HZ, attitudes, fly, turned_back
+from benchmarks.flights.classes import CLASSES
+from benchmarks.flights.model.aiding import Navigation
+from benchmarks.flights.model.clock import synchronised
+from benchmarks.flights.model.error import (
+    ACCELEROMETER_SIGMA,
+    GYROSCOPE_SIGMA,
+    UNCALIBRATED,
+    Information,
+    force_design,
+    levers,
+    nothing_known,
+)
+from benchmarks.flights.model.hypotheses import Vote
+from benchmarks.flights.model.monitor import flown
+from benchmarks.flights.model.vibration import of_set
+from benchmarks.flights.model.window import HOP, averaged, grid
+from benchmarks.flights.stored_errors import corrected, learnt, records
+from benchmarks.flights.wilson import wilson
+from benchmarks.redundancy_set import Samples
+
+from tumble.foundation.constants import STANDARD_GRAVITY
+
+MOTIONS = np.array([[1.0, 40.0]])
+RATE = 120.0
+
+
+def samples_of(body, arm, delay=0.0, noise=(0.02, 0.002), seed=0):
+    """Samples of a perfect unit at a place, whose clock is late."""
+    time = np.arange(0.1, body.time[-1] - 0.2, 1.0 / RATE)
+    random = np.random.default_rng(seed)
+    force, rate = body.at(time - delay, np.asarray(arm))
+    return Samples(
+        time,
+        time,
+        force + noise[0] * random.standard_normal(force.shape),
+        rate + noise[1] * random.standard_normal(rate.shape),
+    )
+
+
+@pytest.fixture(scope="module")
+def body():
+    """A body that moves for nearly all of 42 s."""
+    print("seed 5")
+    return fly(np.random.default_rng(5), MOTIONS, 42.0, 0.1)
+
+
+@pytest.fixture(scope="module")
+def three(body):
+    """Three sound units at three places."""
+    return [samples_of(body, arm, seed=n) for n, arm in enumerate([(0, 0, 0), (0.05, 0, 0), (0, 0.04, 0.02)])]
+
+
+def test_information_in_blocks_is_batch_least_squares_of_rates():
+    random = np.random.default_rng(3)
+    print("seed 3")
+    rate, difference = random.standard_normal((40, 3)), 0.1 * random.standard_normal((40, 3))
+    errors = nothing_known(1, 2)
+    for part in (slice(0, 15), slice(15, 40)):
+        block = Information.none(1, 2)
+        for x, d in zip(rate[part], difference[part], strict=True):
+            block.add_rate(x[None], np.array([[np.zeros(3), d]]), np.ones((1, 2)))
+        errors = errors.informed(block, np.ones((1, 2)))
+    phi = np.column_stack([rate, np.ones(40)]) / GYROSCOPE_SIGMA
+    prior = np.diag([UNCALIBRATED.matrix**-2] * 3 + [UNCALIBRATED.gyroscope_bias**-2])
+    covariance = np.linalg.inv(prior + phi.T @ phi)
+    np.testing.assert_allclose(errors.rate_covariance[0, 1], covariance, rtol=1e-7, atol=1e-15)
+    np.testing.assert_allclose(
+        errors.rate[0, 1], (covariance @ phi.T @ difference / GYROSCOPE_SIGMA).T, rtol=1e-7, atol=1e-12
+    )
+    assert not errors.rate[0, 0].any()
+    assert not errors.rate_covariance[0, 0].any()
+
+
+def test_information_of_forces_is_batch_least_squares():
+    random = np.random.default_rng(4)
+    print("seed 4")
+    force, lever = random.standard_normal((60, 3)) * 5.0, random.standard_normal((60, 3, 3)) * 3.0
+    difference = random.standard_normal((60, 3))
+    block = Information.none(1, 2)
+    for x, w, d in zip(force, lever, difference, strict=True):
+        block.add_force(x[None], w[None], np.array([[np.zeros(3), d]]), np.ones((1, 2)))
+    errors = nothing_known(1, 2).informed(block, np.ones((1, 2)))
+    design = force_design(force, lever).reshape(-1, 15) / ACCELEROMETER_SIGMA
+    sigmas = [UNCALIBRATED.matrix] * 9 + [UNCALIBRATED.accelerometer_bias] * 3 + [UNCALIBRATED.arm] * 3
+    covariance = np.linalg.inv(np.diag(np.array(sigmas) ** -2) + design.T @ design)
+    np.testing.assert_allclose(errors.force_covariance[0, 1], covariance, rtol=1e-6, atol=1e-14)
+    np.testing.assert_allclose(
+        errors.force[0, 1],
+        covariance @ design.T @ difference.ravel() / ACCELEROMETER_SIGMA,
+        rtol=1e-6,
+        atol=1e-10,
+    )
+
+
+def test_information_that_is_not_chosen_changes_nothing():
+    block = Information.none(1, 2)
+    block.add_rate(np.ones((1, 3)), np.ones((1, 2, 3)), np.ones((1, 2)))
+    before = nothing_known(1, 2)
+    after = before.informed(block, np.zeros((1, 2)))
+    for each in fields(before):
+        np.testing.assert_array_equal(getattr(after, each.name), getattr(before, each.name))
+
+
+def test_levers_are_those_of_a_rigid_body():
+    random = np.random.default_rng(6)
+    print("seed 6")
+    w, change, arm = random.standard_normal((3, 3))
+    product = [*w**2, w[0] * w[1], w[0] * w[2], w[1] * w[2]]
+    expected = np.cross(change, arm) + np.cross(w, np.cross(w, arm))
+    np.testing.assert_allclose(levers(change, np.array(product)) @ arm, expected, atol=1e-12)
+
+
+def test_a_triangle_is_exact_for_a_parabola_of_samples():
+    time = np.arange(0.0, 3.0, 0.001)
+    force = np.column_stack([time, time**2, np.ones_like(time)])
+    at = HOP * np.arange(20, 41)
+    reading, change, *_ = averaged(Samples(time, time, force, force), at)
+    # The mean of t^2 under a triangle of half width h is t^2 + h^2 / 6.
+    np.testing.assert_allclose(reading[:, 1], at**2 + HOP**2 / 6.0, atol=1e-6)
+    np.testing.assert_allclose(change[:, 1], 2.0 * at, atol=1e-6)
+    np.testing.assert_allclose(reading[:, 0], at, atol=1e-9)
+
+
+def test_a_window_with_a_missing_sample_is_not_whole():
+    time = np.delete(np.arange(0.0, 2.0, 0.01), 100)
+    samples = Samples(time, time, np.zeros((len(time), 3)), np.zeros((len(time), 3)))
+    at = grid([samples])
+    whole = averaged(samples, at)[4]
+    assert not whole[np.abs(at - 1.0) < 0.04].any()
+    assert whole[(np.abs(at - 1.0) > 0.08) & (at < 1.9)].all()
+
+
+def test_the_delay_of_a_clock_is_found_within_a_millisecond(body):
+    primary = samples_of(body, (0, 0, 0))
+    for delay in (-0.098, -0.02, 0.0, 0.0331, 0.12):
+        late = samples_of(body, (0.05, 0, 0), delay, seed=1)
+        found = late.time - synchronised(primary, late, 2.0).time
+        assert found == pytest.approx(delay, abs=1e-3)
+
+
+def test_a_crystal_of_its_own_is_followed_and_a_jump_is_not(body):
+    primary, late = samples_of(body, (0, 0, 0)), samples_of(body, (0.05, 0, 0), 0.01, seed=1)
+    fast = replace(late, time=late.time * (1.0 + 2e-4))
+    left = synchronised(primary, fast, 2.0).time - late.time + 0.01
+    assert np.abs(left[late.time > 20.0]).max() < 3e-3
+    jumped = replace(late, time=late.time + np.where(late.time > 20.0, 0.1, 0.0))
+    found = (jumped.time - synchronised(primary, jumped, 2.0).time)[jumped.time > 30.0]
+    assert found == pytest.approx(0.01, abs=5e-3)
+
+
+def test_the_vote_names_the_unit_without_which_others_agree():
+    ratio = np.zeros((7, 2, 3, 2))
+    ratio[0, 0, [0, 2], 0], ratio[0, 0, 1, 0] = 2.0, 0.2
+    ratio[0, 1, :, 0] = 1.5
+    deviation = np.ones((7, 2, 3, 2, 3))
+    vote = Vote(((0, 1), (0, 2), (1, 2)), 3, ratio.shape)
+    both = np.ones((2, 3), dtype=bool)
+    assert vote.found(ratio, deviation, both).tolist() == [-1, -1]
+    assert vote.found(ratio, deviation, both).tolist() == [1, -1]
+
+
+def test_no_unit_raises_the_vibration_of_the_set_alone():
+    ratio = np.ones((1, 3, 2))
+    ratio[0, 1] = 100.0
+    assert of_set(ratio, np.ones((1, 3), dtype=bool)).max() == 1.0
+    assert of_set(ratio[:, :2], np.ones((1, 2), dtype=bool)).max() == 1.0
+
+
+def test_sound_units_learn_each_other_and_none_is_named(three):
+    (run,) = flown([three])
+    assert {event[2] for event in run.events} == {"selected"}
+    arm = run.errors.force[0, 1, 12:]
+    np.testing.assert_allclose(
+        arm, [0.05, 0.0, 0.0], atol=4.0 * np.sqrt(run.errors.force_covariance[0, 1, 12, 12])
+    )
+
+
+def test_runs_of_a_batch_are_those_flown_alone(three):
+    faulty = CLASSES["gyroscope step 0.2 rad/s"].inject(three[1], 20.0, np.random.default_rng(2))
+    runs = [three, [three[0], faulty, three[2]]]
+    together = flown(runs)
+    for run, alone in zip(runs, together, strict=True):
+        assert flown([run])[0].events == alone.events
+    named = [event for event in together[1].events if event[2] == "unhealthy"]
+    assert [event[1] for event in named] == [1]
+    assert 20.0 < named[0][0] < 20.3
+
+
+def test_a_filter_explains_the_velocity_of_a_sound_unit_alone():
+    time = np.arange(0.0, 30.0, 1.0 / GRID_HZ)
+    rate = 0.3 * np.column_stack([np.sin(0.7 * time), np.cos(0.5 * time), 0.5 * np.sin(0.2 * time)])
+    level = attitudes(rate, np.array([1.0, 0.0, 0.0, 0.0]))
+    acceleration = 2.0 * np.column_stack([np.sin(time), np.cos(1.3 * time), 0.3 * np.sin(0.4 * time)])
+    velocity = np.cumsum(acceleration, axis=0) / GRID_HZ
+    force = turned_back(level, acceleration + np.array([0.0, 0.0, STANDARD_GRAVITY]))
+    step, span = 25, 250
+    filters = Navigation(np.tile(force[:50].mean(axis=0), (2, 1)), np.tile(velocity[0], (2, 1)), np.zeros(2))
+    squares = []
+    for end in range(step, len(time), step):
+        part = slice(end - step, end)
+        read = np.tile(rate[part].mean(axis=0), (2, 1))
+        read[1, 0] += 0.1 * (time[end] > 15.0)
+        filters.advance(np.tile(force[part].mean(axis=0), (2, 1)), read, step / GRID_HZ)
+        if end % span == 0:
+            mean = velocity[end - span : end].mean(axis=0)
+            squares.append(filters.measure(np.tile(mean, (2, 1)), span / GRID_HZ, 0.1))
+    sound, faulty = np.array(squares).T
+    assert sound.max() < 3.0
+    assert faulty[35:].sum() > 20.0 > sound[35:].sum()
+
+
+def test_the_interval_of_wilson_is_that_of_the_literature():
+    # Newcombe (1998), table I: 81 of 263, and 0 of 20.
+    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
+    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_class_of_fault_is_the_same_for_a_seed(name, three):
+    first, second = (CLASSES[name].inject(three[0], 20.0, np.random.default_rng(8)) for _ in range(2))
+    for each in ("time", "specific_force", "angular_rate"):
+        np.testing.assert_array_equal(getattr(first, each), getattr(second, each))
+        before = three[0].time < 20.0
+        np.testing.assert_array_equal(getattr(first, each)[: before.sum()], getattr(three[0], each)[before])
+    changed = len(first.time) != len(three[0].time) or any(
+        not np.array_equal(getattr(first, each), getattr(three[0], each))
+        for each in ("specific_force", "angular_rate")
+    )
+    assert changed
+
+
+def test_px4_integrates_what_exceeds_seven_degrees_a_second():
+    time = np.arange(0.0, 60.0, 0.01)
+    still = np.tile([0.0, 0.0, 9.8], (len(time), 1)) + 1e-3 * np.random.default_rng(0).standard_normal(
+        (len(time), 3)
+    )
+    rate = 1e-4 * np.random.default_rng(1).standard_normal((len(time), 3))
+    jumped = rate + np.where(time > 10.0, 0.2, 0.0)[:, None] * [1.0, 0.0, 0.0]
+    units = [Samples(time, time, still, each) for each in (rate, jumped, rate)]
+    named = [event for event in px4_voter.events(units) if event[2] == "unhealthy"]
+    expected = 10.0 + np.radians(15.0) / (0.2 * 2.0 / 3.0 - np.radians(7.0))
+    assert [event[1] for event in named] == [1]
+    assert named[0][0] == pytest.approx(expected, abs=3.0)
+
+
+def test_px4_finds_a_silent_unit_after_its_timeout():
+    time = np.arange(0.0, 5.0, 0.01)
+    noise = np.random.default_rng(0).standard_normal((len(time), 3))
+    units = [Samples(time[:n], time[:n], noise[:n], noise[:n]) for n in (500, 200, 500)]
+    named = [event for event in px4_voter.events(units) if event[2] == "unhealthy"]
+    assert [(event[1], event[3]["reason"]) for event in named] == [(1, "timeout")]
+    assert named[0][0] == pytest.approx(1.99 + 0.3)
+
+
+def test_stored_errors_are_subtracted_and_taken_by_the_monitor(body):
+    rate = samples_of(body, (0, 0, 0), seed=1)
+    offset = Samples(
+        rate.time, rate.time, rate.specific_force + 0.3, rate.angular_rate + np.array([0.02, 0.0, -0.01])
+    )
+    flight = flight_folder.RecordedFlight(
+        "made", (samples_of(body, (0, 0, 0)), offset), np.zeros(0), np.zeros((0, 3))
+    )
+    errors = learnt([flight]).of_set((0, 1))
+    np.testing.assert_allclose(errors.rate[0, 1, :, 3], [0.02, 0.0, -0.01], atol=2e-3)
+    left = corrected(flight.units, errors)[1].angular_rate.mean(axis=0) - flight.units[0].angular_rate.mean(
+        axis=0
+    )
+    assert np.abs(left).max() < 2e-3
+    assert [record["sensor"] for record in records(errors)] == ["accelerometer", "gyroscope"]
+    assert recorded.today(flight.units, errors)
+
+
+def test_a_folder_that_is_absent_is_stated_and_no_failure(tmp_path, capsys):
+    assert recorded.main([str(tmp_path / "none")]) == 0
+    assert "holds no folder with imu_1.parquet" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not recorded.FOLDER.is_dir(), reason="the recordings in ../shared/data are not here")
+def test_a_recorded_flight_is_sound_and_its_faults_are_named(capsys):
+    path = flight_folder.flights(recorded.FOLDER)[-1]
+    flight = flight_folder.read(path)
+    runs = recorded.drawn(
+        flight, 1, True, {"units": (3, 4), "classes": "gyroscope step", "draws": 1, "seed": 0}
+    )
+    for size in (3, 4):
+        those = [run for run in runs if len(run.numbers) == size]
+        rows = [
+            recorded._row(run, "model", each.events)
+            for run, each in zip(those, flown([r.samples for r in those]), strict=True)
+        ]
+        assert not any(row["false"] for row in rows)
+        assert all(row["outcome"] == "right" for row in rows if row["fault"])
