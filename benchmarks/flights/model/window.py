@@ -66,8 +66,10 @@ def grid(units: Sequence[Samples]) -> FloatArray:
 def beside(units: Sequence[UnitWindows], time: FloatArray) -> Windows:
     """Puts the windows of units at times (t,) s beside one another."""
     *columns, intervals = zip(*units, strict=True)
-    stacked = [np.stack(each, axis=1) for each in columns]
-    return Windows(time, *stacked, np.array(intervals))  # type: ignore[call-arg]
+    reading, change, product, scatter, whole, repeated, silence = (np.stack(each, axis=1) for each in columns)
+    return Windows(
+        time, reading, change, product, scatter, whole, repeated, silence, interval=np.array(intervals)
+    )
 
 
 def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
