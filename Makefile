@@ -60,7 +60,7 @@ test-tools: $(VENV)/.requirements-test
 	scripts/install_postgres.sh
 
 test-python: $(VENV)/.native test-tools  ## Run the tests of Python, C and firmware
-	$(BIN)/python -m pytest --numprocesses auto --durations 20
+	$(BIN)/python -m pytest --numprocesses auto
 
 coverage: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python and print the share of lines and branches they reach
 	$(BIN)/python -m pytest --numprocesses auto --cov --cov-report term:skip-covered
@@ -113,7 +113,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.report
 
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
-	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --durations 20
+	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --timeout 0
 	$(BIN)/python -m benchmarks.redundancy_adoptions
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	$(BIN)/python -m benchmarks.redundancy_precision

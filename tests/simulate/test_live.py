@@ -286,7 +286,9 @@ def test_tcp_client_receives_the_columns_first(simulated_clock):
                 text = ""
                 while text.count("\n") < 2:
                     assert clock.readable(line.fileno(), 10.0)
-                    text += line.recv(4096).decode()
+                    piece = line.recv(4096).decode()
+                    assert piece, "the simulation closed the line"
+                    text += piece
             names, first, *_ = text.splitlines()
             assert names == "time_us,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps"
             assert len(first.split(",")) == 7
@@ -368,8 +370,7 @@ def test_a_signal_ends_the_command_cleanly(tmp_path, which):
         text=True,
     )
     try:
-        while "Ctrl-C ends it" not in program.stdout.readline():
-            pass
+        assert any("Ctrl-C ends it" in line for line in program.stdout)
         os.kill(program.pid, getattr(signal, which))
         _, err = program.communicate(timeout=20)
     finally:

@@ -212,7 +212,14 @@ def main(folder, seed, rounds):
     chance = random.Random(seed)
     bench = Bench(BenchSettings(folder=folder, host="127.0.0.2", port=0, registry=str(folder / "lab.db")))
     server, ready = BenchServer(bench), threading.Event()
-    thread = threading.Thread(target=server.serve_until_ended, args=(ready.set,))
+
+    def serve():
+        try:
+            server.serve_until_ended(ready.set)
+        finally:
+            ready.set()
+
+    thread = threading.Thread(target=serve)
     thread.start()
     ready.wait()
     paths = [path for path, *_ in SCREENS] + [f"/{kind.word}" for kind in bench.kinds if kind.has_screen]
