@@ -13,11 +13,17 @@ from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
 from processor_time import ProcessorTime
+from repetitions import repetitions
 from simulated_clock import SimulatedClock
 from tumble.foundation.ending import ENDING
 
 # The duration of an example depends on the load of the computer.
-settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "tumble",
+    deadline=None,
+    max_examples=repetitions(settings.default.max_examples),
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("tumble")
 
 # Programs that tests end by signals inherit those that a shell ignores for what it runs in the background.
@@ -56,8 +62,8 @@ def simulated_clock():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """Two processes a core: tests of what is live wait more than they compute."""
-    return 2 * (os.cpu_count() or 1)
+    """One process more than cores, for those that wait; each takes over a gigabyte."""
+    return 1 + (os.cpu_count() or 1)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -27,6 +27,9 @@ from made_up_fleets import MOVED, write_fleets
 from screens import differences
 from turntable_sessions import typed
 
+pytestmark = pytest.mark.random_order(disabled=True)
+"""Each test goes on where the one before it ended."""
+
 SERIALS = [f"SN-{number}" for number in range(1001, 1006)]
 
 
