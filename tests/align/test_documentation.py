@@ -33,15 +33,6 @@ def test_how_to_lists_existing_options_and_explains_each_own_one():
     assert "--json" in told
 
 
-def test_messages_that_the_how_to_explains_are_those_of_the_program():
-    rows = re.findall(r"^\| `(.*?)` \|", HOW_TO.split("## When it refuses")[1], re.MULTILINE)
-    assert len(rows) == 9
-    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
-    # Messages are written over several lines, and with figures in braces.
-    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
-    assert [row for row in rows if row not in told] == []
-
-
 def test_the_settings_shown_are_settings_of_redundancy():
     (shown,) = re.findall(r"```yaml\n(.*?)```", HOW_TO, re.DOTALL)
     settings = RedundancySettings.model_validate(yaml.safe_load(shown))

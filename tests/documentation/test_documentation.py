@@ -24,6 +24,11 @@ DOCUMENTS = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md")),
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
+REFUSING = [
+    page
+    for page in sorted((ROOT / "docs" / "how-to").glob("*.md"))
+    if "\n## When it refuses" in page.read_text(encoding="utf-8")
+]
 TURNTABLE = ROOT / "docs" / "how-to" / "turntable.md"
 READ_LOGS = ROOT / "docs" / "how-to" / "read-logs.md"
 GRADES = ("consumer", "industrial", "tactical")
@@ -48,6 +53,25 @@ def named(path):
 def prose_of(document):
     """A page without its blocks of code, whose brackets are no links."""
     return re.sub(r"^```.*?^```$", "", text_of(document), flags=re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def sources():
+    """All code of the package, in which strings that are written over several lines are one."""
+    code = "\n".join(text_of(path) for path in sorted((ROOT / "python" / "tumble").rglob("*.py")))
+    return re.sub(r"\"\s*\n\s*f?\"", "", code)
+
+
+@pytest.mark.parametrize("page", REFUSING, ids=named)
+def test_messages_that_a_how_to_explains_are_those_of_the_program(page, sources):
+    section = text_of(page).split("\n## When it refuses")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
+    messages = [message for row in rows for message in re.findall(r"`([^`]+)`", row)]
+    assert len(messages) >= 9
+    # Messages have figures and names in braces.
+    varies = r"\d[\d.]*|\.\.\.|'[^']*'"
+    pieces = [piece.strip(" ,:;") for message in messages for piece in re.split(varies, message)]
+    assert [piece for piece in pieces if len(piece) > 3 and piece not in sources] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=named)

@@ -136,11 +136,6 @@ def test_terms_that_are_none_are_refused_in_one_line(given, tmp_path):
     assert done.err.count("\n") == 1
 
 
-def test_help_shows_an_example():
-    assert "Example: tumble noise" in typed("noise", "--help").out
-    assert "Example: tumble simulate static" in typed("simulate", "static", "--help").out
-
-
 def test_notebook_shows_every_channel_and_a_frame_holds_every_term(log):
     result = tumble.noise(log)
     table = result._repr_html_()

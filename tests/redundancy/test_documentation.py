@@ -106,14 +106,6 @@ def test_every_figure_of_an_event_is_documented():
     assert words - quoted(section("Events")) == set()
 
 
-def test_messages_that_the_how_to_explains_are_those_of_the_program():
-    rows = re.findall(r"^\| (`.*?) \|", section("When it refuses"), re.MULTILINE)
-    assert len(rows) > 7
-    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
-    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
-    assert [message for row in rows for message in quoted(row) if message not in told] == []
-
-
 def test_the_files_of_the_store_are_named_as_the_how_to_names_them(tmp_path):
     from stored_errors import ONE, TWO, an_error
     from tumble.procedures.redundancy.store import ErrorStore

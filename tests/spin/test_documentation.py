@@ -26,20 +26,3 @@ def test_every_option_of_the_how_to_exists():
     of_logs = {option for parameter in commands["apply"].params for option in parameter.opts}
     live = (HOW_TOS / "live.md").read_text(encoding="utf-8")
     assert {option for option in own - of_logs - told if option not in live} == set(), "not explained"
-
-
-def test_messages_that_the_how_to_explains_are_those_of_the_program():
-    section = HOW_TO.split("## When it refuses")[1]
-    rows = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
-    assert len(rows) > 15
-    quoted = [
-        fragment.strip(" ,:;")
-        for row in rows
-        for message in re.findall(r"`([^`]+)`", row)
-        for fragment in re.split(r"\d[\d.]*", message)
-        if len(fragment.strip(" ,:;")) > 3
-    ]
-    # Messages are written over several lines, and with figures in braces.
-    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
-    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
-    assert [fragment for fragment in quoted if fragment not in told] == []

@@ -281,8 +281,3 @@ def test_powers_that_are_none_are_refused_in_one_line(given, tmp_path):
 
 def test_every_refusal_of_the_core_has_its_message():
     assert set(VOCABULARY["thermal error"]) == set(MESSAGES)
-
-
-def test_help_shows_an_example():
-    assert "Example: tumble thermal" in typed("thermal", "--help").out
-    assert "Example: tumble simulate thermal" in typed("simulate", "thermal", "--help").out
