@@ -114,10 +114,10 @@ class LiveRedundancy:
         be written, `ProcedureError` where no unit sent anything to the end.
         """
         reason: EndReason = "end of sources"
-        self._monitor.save()
         with self._set as units, ExitStack() as listening:
             for aiding in self._measurements:
                 listening.enter_context(aiding)
+            self._monitor.save()
             self._began = report_at = clock.now()
             yield self._state()
             for name, chunk in units:
