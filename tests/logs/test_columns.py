@@ -238,3 +238,39 @@ def test_columns_of_a_sensor_in_several_units_are_refused(names, said):
         find_imus(names, "log.csv")
     forced = ReadOptions(accelerometer_unit="g", gyroscope_unit="deg/s", magnetometer_unit="uT")
     assert list(find_imus(names, "log.csv", forced)) == [""]
+
+
+@pytest.mark.parametrize(
+    ("names", "channel"),
+    [
+        ("acc_x,accel_x,ay,az,gx,gy,gz", "ax"),
+        ("ax,ay,az,gx,gy,gz,gyro_z", "gz"),
+        ("ax_g,ax_mg,ay,az,gx,gy,gz", "ax"),
+        ("ax,ay,az,gx,gy,gz,temp,temperature", "temperature"),
+        ("ax,ay,az,gx,gy,gz,mx,my,mz,mag_y", "my"),
+        ("u1_ax,u1_accel_x,u1_ay,u1_az,u1_gx,u1_gy,u1_gz", "ax"),
+        ("ax,ax,ay,az,gx,gy,gz", "ax"),
+    ],
+)
+def test_two_columns_for_one_channel_are_refused(names, channel):
+    columns = ["time", *names.split(",")]
+    with pytest.raises(LogError, match=f"may each be {channel}; name one, as --columns {channel}="):
+        find_imus(columns, "log.csv")
+
+
+@pytest.mark.parametrize("chosen", ["acc_x", "accel_x"])
+def test_the_column_that_is_stated_is_read(tmp_path, chosen):
+    chunk = made_up(200, temperature=False)
+    header = "time,acc_x,ay,az,gx,gy,gz,accel_x"
+    path = write_text(tmp_path / "log.csv", chunk, header="time,ax,ay,az,gx,gy,gz")
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([header, *(f"{line},0.5" for line in lines[1:])]) + "\n")
+    with pytest.raises(LogError, match="acc_x, accel_x may each be ax"):
+        read(path)
+    found = read(path, ReadOptions(columns={"ax": chosen}))
+    assert (found.accelerometer[:, 0] == 0.5).all() == (chosen == "accel_x")
+
+
+def test_columns_of_time_and_of_other_sensors_are_no_doubt():
+    names = "time,timestamp,ax,ay,az,gx,gy,gz,baro_temp,mag_time,low_ax,low_accel_x"
+    assert find_imus(names.split(","), "log.csv")[""].accelerometer == ("ax", "ay", "az")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -344,7 +344,9 @@ def find_imus(
     _refuse_mixed_units(imus, path, recognised, options)
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
-    return whole or _with_shared_gyroscope(imus)
+    read = whole or _with_shared_gyroscope(imus)
+    _refuse_doubled(read.values(), names, path, recognised, stated)
+    return read
 
 
 READ_MAGNETOMETER = "; a magnetometer is there: tumble magnetometer reads it"
@@ -598,6 +600,38 @@ def _refuse_mixed_units(
                     f"{path}: columns of one sensor are in several units: {listed(list(units))}; "
                     "convert them to one"
                 )
+
+
+def _refuse_doubled(
+    imus: Iterable[ImuColumns],
+    names: Sequence[str],
+    path: Path | str,
+    recognised: Mapping[str, Column | None],
+    stated: Mapping[str, str],
+) -> None:
+    """Raises `LogError` where two columns may be one channel of an IMU, and nobody states which of them is.
+
+    Columns of time are none of these: a log may state one moment by several clocks.
+    """
+    alike: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        column = recognised[name]
+        if column is not None and column.quantity != "time":
+            alike.setdefault((_channel_of(column), column.imu), []).append(name)
+    read = {name for imu in imus for name in (*imu.names, *imu.magnetic_names)}
+    for (channel, _), found in alike.items():
+        if len(found) > 1 and channel not in stated and read.intersection(found):
+            raise LogError(
+                f"{path}: {listed(found)} may each be {channel}; name one, as --columns {channel}={found[0]}"
+            )
+
+
+def _channel_of(column: Column) -> str:
+    """Returns the word of `COLUMN_KEYS` for the channel of a column."""
+    if column.quantity == "magnetometer":
+        return MAGNETIC_CHANNELS[column.axis]
+    triad = next((each for each in TRIADS if each == column.quantity), None)
+    return column.quantity if triad is None else channels_of(triad)[column.axis]
 
 
 @dataclass(frozen=True, slots=True)
