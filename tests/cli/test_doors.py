@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
+import re
 import socket
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hostile_places import without_rights_of_root
+from tumble.foundation import bounded_yaml
 from tumble.foundation.bounded_json import DEEPEST, MOST_DIGITS, JsonError, parse_json
 from tumble.foundation.errors import LogError, PlaceError
-from tumble.foundation.file_reading import read_text_whole, read_whole
+from tumble.foundation.file_reading import bounded_lines, read_text_whole, read_whole
 from tumble.foundation.file_status import exists, is_file, is_folder, is_link, is_special
 
 
@@ -127,3 +131,29 @@ def test_a_number_of_thousands_of_digits_is_refused():
         with pytest.raises(JsonError, match=f"{MOST_DIGITS} at most"):
             parse_json(text)
     assert parse_json(b'{"a": 1e400}') == {"a": float("inf")}
+
+
+@pytest.mark.parametrize("parse", [parse_json, lambda text: bounded_yaml.parse(text)[1]])
+def test_a_key_given_twice_is_refused_at_any_depth(parse):
+    inner = '{"a": 1, "b": {"a": 2}}'
+    for around in ("%s", "[%s]", '{"c": %s}', '{"c": [[{"d": %s}]]}'):
+        assert parse(around % inner)
+        for twice in ('{"a": 1, "a": 1}', '{"a": 1, "b": 2, "\\u0061": 3}', '{"b": {"": 1, "": 2}}'):
+            with pytest.raises((JsonError, yaml.YAMLError), match="is given twice"):
+                parse(around % twice)
+
+
+def test_yaml_keys_of_one_value_are_refused():
+    for text in ("{1: a, 1.0: b}", "{true: a, True: b}", "{~: a, null: b}"):
+        with pytest.raises(yaml.YAMLError, match="two keys are equal"):
+            bounded_yaml.parse(text)
+    assert bounded_yaml.parse("a: &x {b: 1}\nc: {<<: *x, b: 2}")[1]["c"] == {"b": 2}
+
+
+@given(st.lists(st.binary(max_size=9).filter(lambda line: b"\n" not in line), max_size=6), st.booleans())
+def test_lines_are_read_within_their_bound(lines, is_ended):
+    content = b"\n".join(lines) + (b"\n" if lines and is_ended else b"")
+    found = list(bounded_lines(io.BytesIO(content), 5))
+    whole = [each for each in re.split(rb"(?<=\n)", content) if each]
+    assert [line for _, line in found] == [line if len(line) <= 5 else None for line in whole]
+    assert all(content[place:].startswith(line) for place, line in found if line is not None)

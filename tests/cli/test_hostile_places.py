@@ -20,7 +20,7 @@ from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.laboratory.documents import Documents
 from tumble.laboratory.registry import Registry
-from tumble.procedures.turntable.batch import Batch
+from tumble.procedures.turntable.batch import LONGEST_LINE, Batch
 from tumble.procedures.turntable.record import TargetRecord
 from tumble.tools.simulate import write_turntable
 from turntable_sessions import simulate, typed
@@ -131,6 +131,16 @@ def test_a_line_of_a_batch_names_no_file_elsewhere(tmp_path, monkeypatch):
     assert TargetRecord.from_line(line).stem == "target_1"
     path.write_text(line.replace('"stem":"target_1"', '"stem":"../target_1"'))
     with pytest.raises(OutputError, match="is no batch of tumble turntable, and is kept"):
+        Batch(tmp_path / "results")
+    path.write_bytes(b"x" * (3 * LONGEST_LINE) + b"\n" + line.encode() + b"y" * LONGEST_LINE)
+    kept = Batch(tmp_path / "results")
+    assert kept.lost_lines == [1, 3]
+    kept.drop_lost_lines()
+    assert path.read_text() == line
+    assert [each.stem for each in kept.latest()] == ["target_1"]
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(OutputError, match="is a device or a pipe"):
         Batch(tmp_path / "results")
 
 

@@ -1,15 +1,19 @@
 """JSON from anywhere: read in bounded time and depth whatever it holds, or a `JsonError`; and lines of it.
 
-The library leaves three doors open: nesting that exhausts the stack, of its own or of whoever walks through
-what it returned; numbers of millions of digits, which take minutes; and three kinds of errors.
+The library leaves four doors open: nesting that exhausts the stack, of its own or of whoever walks through
+what it returned; numbers of millions of digits, which take minutes; a key given twice, of which readers take
+different ones; and three kinds of errors.
 """
 
 from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
+
+from tumble.foundation.words import quoted
 
 DEEPEST = 64
 """Levels of nesting."""
@@ -26,7 +30,7 @@ class JsonError(ValueError):
 def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - JSON is anything
     """Returns what JSON stands for; raises `JsonError`, which states the line where that is known."""
     try:
-        found = json.loads(content, parse_int=_integer)
+        found = json.loads(content, parse_int=_integer, object_pairs_hook=_mapping)
     except RecursionError:
         raise JsonError(_TOO_DEEP) from None
     except json.JSONDecodeError as error:
@@ -52,6 +56,14 @@ def _integer(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
         raise JsonError(f"a number of {len(digits)} characters; {MOST_DIGITS} at most")
     return int(digits)
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        twice = next(key for key, times in Counter(key for key, _ in pairs).items() if times > 1)
+        raise JsonError(f"key {quoted(twice)} is given twice")
+    return found
 
 
 def _may_be_deep(content: str | bytes) -> bool:

@@ -179,7 +179,10 @@ class _Loader(_Composer, SafeConstructor, Resolver):
             if key_node.value in seen:
                 raise _refusal(f"key {short(key_node.value)} is given twice", key_node.start_mark)
             seen.add(key_node.value)
-        return super().construct_mapping(node, deep)
+        found: dict[Any, Any] = super().construct_mapping(node, deep)
+        if len(found) < len(seen - {_MERGE}):  # words for one value, such as 1 and 1.0
+            raise _refusal("two keys are equal", node.start_mark)
+        return found
 
     def construct_decimal_int(self, node: yaml.ScalarNode) -> int:
         """Returns a whole number in decimal digits; another form is an error in the text."""
@@ -204,6 +207,8 @@ _WHOLE = re.compile(r"^[-+]?[0-9]+$")
 _NUMBER = re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?$")
 _UNBOUNDED = re.compile(r"^(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$")
 _TAG = "tag:yaml.org,2002:"
+_MERGE = "<<"
+"""Key that adds the keys of another mapping."""
 _Loader.yaml_implicit_resolvers = {
     first: [
         (tag, form)

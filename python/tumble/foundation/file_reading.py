@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_status import is_special, unusable
@@ -65,6 +67,20 @@ def read_text_whole(
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as reason:
         raise error(f"{path}: is no text in UTF-8, and no {what}; {remedy}") from reason
+
+
+def bounded_lines(file: BinaryIO, longest: int) -> Iterator[tuple[int, bytes | None]]:
+    """Yields the place, bytes from the beginning, and the bytes of each line; None for one that is longer.
+
+    No more than `longest` bytes are held, however long a line is.
+    """
+    place = file.tell()
+    while line := file.readline(longest):
+        length, is_whole = len(line), line.endswith(b"\n") or len(line) < longest
+        while not is_whole and (rest := file.readline(longest)):
+            length, is_whole, line = length + len(rest), rest.endswith(b"\n"), b""
+        yield place, line or None
+        place += length
 
 
 def own_text(path: Path) -> str:

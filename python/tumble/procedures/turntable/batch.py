@@ -16,13 +16,16 @@ from pathlib import Path
 from tumble.calibration.document import KIND
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import ATTEMPTS, EARLIER, TAKEN, file_stem
-from tumble.foundation.file_status import exists, is_file
+from tumble.foundation.file_reading import bounded_lines
+from tumble.foundation.file_status import exists, is_file, is_special
 from tumble.foundation.files import FileKind, append_line, move_into, replacing
 from tumble.foundation.provenance import sha256_of
 from tumble.procedures.turntable.record import TargetRecord
 
 _ATTEMPTS_KIND = FileKind("a batch of tumble turntable", re.compile(rb""))
 """Whatever it begins with: it was read line by line."""
+LONGEST_LINE = 1 << 20
+"""Bytes of a line; that of a target takes a hundredth."""
 CALIBRATION_ENDING, PAGE_ENDING = ".yaml", ".html"
 
 
@@ -79,13 +82,13 @@ class Batch:
         with self.path.open("rb") as file:
             for attempt in list(self.last.values()):
                 file.seek(attempt.place)
-                yield TargetRecord.from_line(file.readline())
+                yield TargetRecord.from_line(file.readline(LONGEST_LINE))
 
     def record(self, name: str) -> TargetRecord:
         """Reads the last attempt at one target."""
         with self.path.open("rb") as file:
             file.seek(self.last[name].place)
-            return TargetRecord.from_line(file.readline())
+            return TargetRecord.from_line(file.readline(LONGEST_LINE))
 
     def attempt(self, name: str) -> int:
         """Returns the number of the next attempt at a target."""
@@ -146,10 +149,13 @@ class Batch:
         """
         if not self.lost_lines:
             return
-        with self.path.open("rb") as old:
-            kept = [line for number, line in enumerate(old, start=1) if number not in self.lost_lines]
-        with replacing(self.path, _ATTEMPTS_KIND, renews=True, durable=True) as new:
-            new.writelines(line if line.endswith(b"\n") else line + b"\n" for line in kept)
+        with (
+            self.path.open("rb") as old,
+            replacing(self.path, _ATTEMPTS_KIND, renews=True, durable=True) as new,
+        ):
+            for number, (_, line) in enumerate(bounded_lines(old, LONGEST_LINE), start=1):
+                if line is not None and number not in self.lost_lines:
+                    new.write(line if line.endswith(b"\n") else line + b"\n")
         self.lost_lines.clear()
         self._read()
 
@@ -157,16 +163,16 @@ class Batch:
         return self.folder / f"{stem}{ending}"
 
     def _read(self) -> None:
-        place = 0
+        if is_special(self.path):
+            raise OutputError(f"{self.path}: is a device or a pipe, and no batch; choose another folder")
         try:
             with self.path.open("rb") as file:
-                for number, line in enumerate(file, start=1):
+                for number, (place, line) in enumerate(bounded_lines(file, LONGEST_LINE), start=1):
                     try:
-                        if line.strip():
-                            self._note(TargetRecord.from_line(line), place)
+                        if line is None or line.strip():
+                            self._note(TargetRecord.from_line(line or b""), place)
                     except ValueError:
                         self.lost_lines.append(number)
-                    place += len(line)
         except OSError as error:
             raise OutputError(
                 f"{self.path}: cannot be read: {error.strerror}; choose another folder"
