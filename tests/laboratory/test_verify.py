@@ -10,10 +10,12 @@ from pathlib import Path
 
 import psycopg
 import pytest
+from sqlalchemy import text
 
 from made_up_calibrations import made_up, save
 from repetitions import repetitions
 from tumble.foundation.errors import TumbleError
+from tumble.laboratory import verification
 from tumble.laboratory.chain import Entry, next_entry
 from tumble.laboratory.registry import Registry
 from turntable_sessions import typed
@@ -82,8 +84,6 @@ def test_a_change_behind_the_registry_is_found(filled, change):
 
 @pytest.mark.parametrize("change", ["UPDATE entry SET who = 'Eve'", "DELETE FROM parameter"])
 def test_the_engine_itself_refuses_changes(filled, change):
-    from sqlalchemy import text
-
     with (
         pytest.raises(TumbleError, match="rows of the registry are never changed"),
         filled.database.writing() as connection,
@@ -264,3 +264,48 @@ def test_one_bit_in_the_schema_is_found_in_one_line(tmp_path, monkeypatch):
         done = typed("registry", "verify", "--registry", path)
         assert done.code in (2, 3), f"byte {place}"
         assert done.err.count("\n") == (done.code == 2), done.err
+
+
+OTHERS = (
+    ("CREATE TABLE extra(n int)", "table 'extra': is none of a registry, and can change what is added"),
+    ("CREATE VIEW v AS SELECT 1", "view 'v': is none of a registry, and can change what is added"),
+    ("CREATE RULE r AS ON INSERT TO unit DO INSTEAD NOTHING", "rule 'r': is none of a registry"),
+    ("CREATE TABLE heir () INHERITS (parameter)", "heir 'heir': is none of a registry"),
+    ("CREATE FUNCTION lower(text) RETURNS text LANGUAGE sql AS $$ SELECT $1 $$", "function 'lower': is none"),
+    ("CREATE POLICY p ON entry USING (false)", "policy 'p': is none of a registry"),
+    ("CREATE SEQUENCE s", "sequence 's': is none of a registry"),
+    ("DROP INDEX ix_document_entry", "index ix_document_entry: is missing"),
+    ("CREATE INDEX i ON unit (owner)", "index 'i': is none of a registry"),
+    ("ALTER TABLE unit ADD COLUMN more int", "column 'more': is none of a registry"),
+    ("ALTER TABLE unit ALTER COLUMN owner SET DEFAULT 'Eve'", "column unit.owner: was changed"),
+    ("ALTER TABLE parameter ALTER COLUMN value TYPE real", "column parameter.value: was changed"),
+    ("ALTER TABLE unit DISABLE TRIGGER unit_unchanged", "unit: the trigger unit_unchanged that refuses"),
+    (
+        "CREATE OR REPLACE FUNCTION tumble_refuse_change() RETURNS trigger LANGUAGE plpgsql AS "
+        "$$ BEGIN RETURN NULL; END $$",
+        "entry: the trigger entry_unchanged that refuses changes is missing",
+    ),
+    (
+        "CREATE TRIGGER t BEFORE INSERT ON unit FOR EACH ROW EXECUTE FUNCTION tumble_refuse_change()",
+        "trigger 't': is none of a registry, and can change what is added",
+    ),
+)
+"""Statements for PostgreSQL, and the fault that each is."""
+
+
+class _RollBackError(Exception):
+    """Ends a transaction that changes nothing."""
+
+
+@pytest.mark.parametrize("address", ["postgresql"], indirect=True)
+def test_what_a_registry_on_a_server_is_not_made_of_is_found(registry):
+    assert registry.verify().faults == ()
+    for statement, fault in OTHERS:
+        with contextlib.suppress(_RollBackError), registry.database.writing() as connection:
+            connection.execute(text(statement))
+            found = verification.schema_faults(connection)
+            assert [each for each in found if each.startswith(fault)], (statement, found)
+            raise _RollBackError
+    with registry.database.writing() as connection:
+        connection.execute(text(OTHERS[0][0]))
+    assert registry.verify().faults == (OTHERS[0][1],)
