@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import http.client
+import itertools
 import os
 import selectors
 import socket
@@ -328,3 +329,19 @@ def test_a_bench_whose_operator_is_gone_may_be_taken(simulated_clock):
     assert access.silent > HOLDS_FOR
     assert access.ask(other.key)
     assert access.operates(other.key)
+
+
+def test_a_viewers_link_replaces_no_cookie_of_an_operator(bench):
+    operator, viewer = cookie_of(bench), cookie_of(bench, "viewer")
+    assert operator.partition("=")[0] != viewer.partition("=")[0]
+    access = Access(needs_token=True)
+    held, other, guest = (
+        access.enter(token, "") for token in (access.token, access.token, access.viewer_token)
+    )
+    access.beat(held.key)
+    keys = [held.key, other.key, guest.key, "stale"]
+    for order in itertools.permutations(keys):
+        assert access.known(order) is held
+    assert access.known([guest.key, other.key]) is other
+    assert access.known([guest.key]) is guest
+    assert access.known(["stale"]) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import datetime
 import random
 import resource
@@ -20,13 +21,15 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from bench_client import BenchClient, unsafe_tls
 from bench_pages import BenchProcess
 from repetitions import SOAK
+from tumble.bench import guest_work
 from tumble.bench.access import MOST_BROWSERS, Access
-from tumble.bench.cookies import cookie_values, only_cookie
+from tumble.bench.cookies import cookie_values, only_cookies
 from tumble.bench.gate import MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
 from tumble.bench.line import MOST_LINES
 from tumble.bench.log import open_logs
 from tumble.bench.settings import BenchSettings
 from tumble.foundation.errors import TumbleError
+from tumble.tools.view.viewing import Viewing
 from turntable_sessions import one_line, typed
 
 SILENT = 1500
@@ -144,7 +147,7 @@ def test_whoever_enters_again_and_again_crowds_nobody_out():
         access.beat(each.key)
     for _ in range(2 * MOST_BROWSERS):
         access.enter(access.viewer_token, "")
-    assert all(access.known(each.key) is each for each in (operator, other, viewer))
+    assert all(access.known([each.key]) is each for each in (operator, other, viewer))
 
 
 def test_viewers_that_live_leave_room_for_operators():
@@ -154,7 +157,7 @@ def test_viewers_that_live_leave_room_for_operators():
         access.beat(access.enter(access.viewer_token, "").key)
     late = access.enter(access.token, "")
     viewer = access.enter(access.viewer_token, "")
-    assert all(access.known(each.key) is each for each in (operator, late, viewer))
+    assert all(access.known([each.key]) is each for each in (operator, late, viewer))
     access.beat(late.key)
     assert access.operates(late.key)
 
@@ -179,13 +182,16 @@ def test_lines_of_viewers_leave_lines_for_operators(tmp_path):
 
 
 def test_viewers_have_few_recordings_read_at_once(monkeypatch):
-    ends, readers = threading.Event(), []
+    ends, readers, closed = threading.Event(), [], []
 
     def gather():
         readers.append(threading.current_thread())
         ends.wait()
 
-    monkeypatch.setattr(open_logs, "open_viewing", lambda _: SimpleNamespace(gather=gather))
+    def opened(sources):
+        return SimpleNamespace(gather=gather, close=lambda: closed.append(*sources))
+
+    monkeypatch.setattr(open_logs, "open_viewing", opened)
     logs, refused = open_logs.OpenLogs(), 0
     for number in range(3 * open_logs.MOST):
         try:
@@ -197,6 +203,26 @@ def test_viewers_have_few_recordings_read_at_once(monkeypatch):
         each.join()
     assert (len(readers), refused) == (open_logs.MOST, 2 * open_logs.MOST)
     logs.open("next")
+    assert closed == ["0"]
+    logs.close()
+    assert len(closed) == open_logs.MOST + 1
+
+
+def test_a_recording_is_closed_once_no_page_shows_it(monkeypatch):
+    closed = []
+    samples = SimpleNamespace(close=lambda: closed.append(True))
+    monkeypatch.setattr(
+        open_logs, "open_viewing", lambda sources: Viewing(*sources, [SimpleNamespace(samples=samples)])
+    )
+    monkeypatch.setattr(Viewing, "_gather", lambda _: None)
+    logs = open_logs.OpenLogs()
+    shown = logs.samples.serve(logs.open("first"), ())
+    for number in range(open_logs.MOST):
+        logs.open(str(number))
+    assert not closed
+    logs.samples.end(shown)
+    logs.samples.end(shown)
+    assert closed == [True]
 
 
 FOREIGN = (
@@ -214,8 +240,8 @@ FOREIGN = (
 def test_cookies_of_other_programs_are_passed_over(foreign):
     for header in (foreign + b"; tumble_bench_1=own", b"tumble_bench_1=own; " + foreign):
         assert "own" in list(cookie_values(header, "tumble_bench_1"))
-        assert b"tumble_bench_1=own" in only_cookie(header, "tumble_bench_1").split(b"; ")
-        assert len(only_cookie(header, "tumble_bench_1")) < 100
+        assert b"tumble_bench_1=own" in only_cookies(header, ["tumble_bench_1"]).split(b"; ")
+        assert len(only_cookies(header, ["tumble_bench_1"])) < 100
 
 
 def test_a_browser_with_cookies_of_other_programs_has_its_page(tmp_path):
@@ -288,3 +314,33 @@ def test_nonsense_on_a_line_leaves_the_bench_as_it_is(tmp_path):
             with BenchClient(bench.served["operator"]) as page:
                 page.beat()
                 page.wait(lambda page=page: page.shows("You hold the bench"))
+
+
+def test_guests_get_their_work_done_in_turn(monkeypatch):
+    now, others_run = 0.0, asyncio.sleep
+
+    async def sleep(seconds):
+        nonlocal now
+        now += seconds + 1e-6
+        await others_run(0)
+
+    monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)
+    monkeypatch.setattr(guest_work.clock, "now", lambda: now)
+    work, done = guest_work.GuestWork(), []
+
+    async def ask(group):
+        await work.begin(group, guest_work.WORK_OF_A_PAGE)
+        done.append((group, now))
+
+    async def flood():
+        await asyncio.gather(*(ask("flood") for _ in range(500)), *(ask("other") for _ in range(3)))
+
+    asyncio.run(flood())
+    assert len(done) == 503
+    pages_at_once = guest_work.MOST_WORK // guest_work.WORK_OF_A_PAGE
+    pages_a_second = guest_work.WORK_A_SECOND / guest_work.WORK_OF_A_PAGE
+    assert done[-1][1] == pytest.approx((503 - pages_at_once) / pages_a_second, rel=0.01)
+    # Others wait for one page of the flood for each of their own.
+    others = [at for group, at in done if group == "other"]
+    assert others[-1] <= (2.0 * len(others) + 1.0) / pages_a_second + 0.01
+    assert not work._lines

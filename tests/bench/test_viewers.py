@@ -13,6 +13,7 @@ import pytest
 
 from made_up_fleets import write_fleets
 from repetitions import SOAK
+from tumble.bench.page.frame import MOST_UNOPENED
 from turntable_sessions import typed
 
 SUPPORT = Path(__file__).parents[1] / "support"
@@ -64,4 +65,5 @@ def test_no_message_of_a_viewer_changes_anything(folder):
     changed = {part for _, parts in found["control"] for part in parts}
     assert {"choice", "armed", "sources", "files"} <= changed
     assert found["sent"] > 500
+    assert found["unopened"] == MOST_UNOPENED
     assert "Traceback" not in done.stderr

@@ -21,10 +21,11 @@ from nicegui.client import Client
 from websockets.exceptions import ConnectionClosed
 
 from bench_client import BenchClient
+from tumble.bench import guest_work
 from tumble.bench.address import entrances
 from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
-from tumble.bench.page.frame import SCREENS
+from tumble.bench.page.frame import MOST_UNOPENED, SCREENS
 from tumble.bench.run_folder import runs_in
 from tumble.bench.server import BenchServer
 from tumble.bench.settings import BenchSettings
@@ -166,6 +167,14 @@ class Attack:
             self.sent += 1
             state = self.look(state, f"frame {frame!r}")
 
+    def flood(self, page):
+        """Asks for more pages than may wait for their browsers; returns the most that did."""
+        most = 0
+        for _ in range(MOST_UNOPENED + 8):
+            assert page.get("/run")[0] == 200
+            most = max(most, sum(not each.has_socket_connection for each in Client.instances.values()))
+        return most
+
     def routes(self, page):
         """Asks every route for everything."""
         state = state_of(self.bench)
@@ -210,6 +219,7 @@ def prepare(bench, stage):
 def main(folder, seed, rounds):
     """Attacks a bench in a folder; prints how much was sent, and what it changed."""
     chance = random.Random(seed)
+    guest_work.MOST_WORK = sys.maxsize  # its messages, not its haste, are tried
     bench = Bench(BenchSettings(folder=folder, host="127.0.0.2", port=0, registry=str(folder / "lab.db")))
     server, ready = BenchServer(bench), threading.Event()
 
@@ -238,6 +248,7 @@ def main(folder, seed, rounds):
                         attack.handlers(viewer, rounds)
                         if stage == "idle":
                             attack.messages(viewer, operator.client_id, rounds)
+            unopened = attack.flood(attack.opened("viewer", "/"))
             attack.routes(attack.opened("viewer", "/"))
             attack.frames("viewer", rounds)
             with as_bench():
@@ -257,7 +268,13 @@ def main(folder, seed, rounds):
     kinds = dict(server.dropped.kinds)
     print(
         json.dumps(
-            {"sent": attack.sent, "changes": attack.changes, "control": control.changes, "dropped": kinds}
+            {
+                "sent": attack.sent,
+                "changes": attack.changes,
+                "control": control.changes,
+                "dropped": kinds,
+                "unopened": unopened,
+            }
         )
     )
 

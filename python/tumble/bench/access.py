@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -44,7 +45,7 @@ class Access:
 
     def __init__(self, *, needs_token: bool, cookie: str = COOKIE) -> None:
         self.cookie = cookie
-        """Name of the cookie, which browsers keep for all ports of a computer."""
+        """Name of the cookie of operators, which browsers keep for all ports of a computer."""
         self.token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who may operate."""
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
@@ -56,6 +57,15 @@ class Access:
         self._asks = ""
         self._lock = threading.Lock()
         self._number = 0
+
+    @property
+    def cookies(self) -> tuple[str, str]:
+        """Names of the cookies of operators and of viewers: a link for viewers replaces no operator's."""
+        return self.cookie_of("operator"), self.cookie_of("viewer")
+
+    def cookie_of(self, rank: Rank) -> str:
+        """Returns the name of the cookie of browsers of a rank."""
+        return self.cookie if rank == "operator" else f"{self.cookie}_{rank}"
 
     def enter(self, token: str, address: str) -> Browser | None:
         """Lets a browser in by a token; returns None where the token is wrong."""
@@ -73,9 +83,13 @@ class Access:
         """Returns whether a browser that only looks shows the token of those who may operate."""
         return browser.rank == "viewer" and self._rank(token) == "operator"
 
-    def known(self, key: str) -> Browser | None:
-        """Returns the browser of a cookie; None where nobody entered with it."""
-        return self._browsers.get(key)
+    def known(self, keys: Iterable[str]) -> Browser | None:
+        """Returns the browser of these cookies, whoever holds the bench first, then who may operate.
+
+        None where nobody entered with any of them.
+        """
+        found = [browser for key in keys if (browser := self._browsers.get(key)) is not None]
+        return max(found, key=lambda each: (self.operates(each.key), each.rank == "operator"), default=None)
 
     def beat(self, key: str) -> None:
         """Notes a sign of life; the first browser that may operate holds a bench that nobody holds."""

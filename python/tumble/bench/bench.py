@@ -331,6 +331,7 @@ class Bench(Shared):
         clock.wait(self._watchdog)
         self.engine.close()
         self.sources.watch(False)
+        self.logs.close()
 
     def _order(self) -> RunOrder:
         kind, choice = self.kind, self.choice

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 
 def cookie_values(header: bytes, name: str) -> Iterator[str]:
@@ -16,6 +16,7 @@ def cookie_values(header: bytes, name: str) -> Iterator[str]:
             yield value.decode("latin-1")
 
 
-def only_cookie(header: bytes, name: str) -> bytes:
-    """Returns a `Cookie` header with the cookies of one name alone."""
-    return "; ".join(f"{name}={value}" for value in cookie_values(header, name)).encode("latin-1")
+def only_cookies(header: bytes, names: Iterable[str]) -> bytes:
+    """Returns a `Cookie` header with the cookies of these names alone."""
+    kept = (f"{name}={value}" for name in names for value in cookie_values(header, name))
+    return "; ".join(kept).encode("latin-1")

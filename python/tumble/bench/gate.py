@@ -17,6 +17,7 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 from tumble.bench.access import Access, Browser
 from tumble.bench.authority import acting
 from tumble.bench.cookies import cookie_values
+from tumble.bench.guest_work import WORK_OF_A_PAGE, GuestWork
 from tumble.bench.settings import LOOPBACK, BenchSettings
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -40,6 +41,8 @@ BEAT = "/beat"
 _SOCKETS = "/_nicegui_ws/"
 _SCRIPT = re.compile(rb"<script(?=[ >])")
 _PUBLIC = ("/favicon.ico",)
+_FILES = ("/_nicegui/", "/bench/", "/tumble-log/")
+"""Paths of files as they are, and of samples; all else is built."""
 _METHODS = ("GET", "HEAD", "POST")
 REPORTS = ("/runs/", "/history/", "/certificates/", "/fleets/", "/compared/", "/made-here/")
 """Paths of files that were written before; a page among them has an origin of its own, and no cookies."""
@@ -68,6 +71,7 @@ class Gate:
         self._settings = settings
         self._sockets: list[Browser] = []
         """Browser of each open socket."""
+        self._guests = GuestWork()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serves one request, or refuses it."""
@@ -108,6 +112,9 @@ class Gate:
                 await _answer(send, 204, "")
                 return
             scope[BROWSER] = browser
+            if not self._access.operates(browser.key):
+                group = browser.address if browser.rank == "viewer" else browser.key
+                await self._guests.begin(group, 1 if path.startswith(_FILES) else WORK_OF_A_PAGE)
             with acting(partial(self._access.operates, browser.key)):
                 await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
         else:
@@ -132,17 +139,19 @@ class Gate:
 
     def _cookie(self, browser: Browser) -> tuple[bytes, bytes]:
         secure = "; Secure" if self._settings.certificate is not None else ""
-        content = f"{self._access.cookie}={browser.key}; Path=/; HttpOnly; SameSite=Strict{secure}"
+        name = self._access.cookie_of(browser.rank)
+        content = f"{name}={browser.key}; Path=/; HttpOnly; SameSite=Strict{secure}"
         return b"set-cookie", content.encode()
 
     def _browser(self, scope: Scope) -> Browser | None:
-        for key, value in scope["headers"]:
-            if key.lower() == b"cookie":
-                for each in cookie_values(value, self._access.cookie):
-                    if (browser := self._access.known(each)) is not None:
-                        self._note_known(tuple(scope.get("client") or ("", 0)), browser.key)
-                        return browser
-        return None
+        given = [value for key, value in scope["headers"] if key.lower() == b"cookie"]
+        keys = (
+            each for value in given for name in self._access.cookies for each in cookie_values(value, name)
+        )
+        browser = self._access.known(keys)
+        if browser is not None:
+            self._note_known(tuple(scope.get("client") or ("", 0)), browser.key)
+        return browser
 
     def _is_ours(self, scope: Scope, *, needs_origin: bool) -> bool:
         """Returns whether a request names this server, and comes from its own pages."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-from tumble.bench.cookies import only_cookie
+from tumble.bench.cookies import only_cookies
 
 MOST_LINES = 256
 """Lines at once; of more, one is closed that the holder of the bench does not use."""
@@ -29,9 +29,11 @@ Client = tuple[str, int]
 class Lines:
     """All lines of one server, the oldest first; each counts from the moment on that it is accepted."""
 
-    def __init__(self, cookie: str, holds: Callable[[str], bool], tls: ssl.SSLContext | None = None) -> None:
-        self.cookie = cookie
-        """Name of the only cookie that is read."""
+    def __init__(
+        self, cookies: Sequence[str], holds: Callable[[str], bool], tls: ssl.SSLContext | None = None
+    ) -> None:
+        self.cookies = tuple(cookies)
+        """Names of the only cookies that are read."""
         self._holds = holds
         """Returns whether the browser of a key holds the bench."""
         self._tls = tls
@@ -143,7 +145,7 @@ class BrowserLine(_Base):  # type: ignore[misc]
 
     def handle_websocket_upgrade(self, *event: Any) -> None:  # noqa: ANN401 - there is one with h11 only
         """Makes a socket of the line; those of other programs make headers that no socket takes."""
-        self.headers[:] = list(_with_own_cookie(self.headers, self._lines.cookie))
+        self.headers[:] = list(_with_own_cookies(self.headers, self._lines.cookies))
         super().handle_websocket_upgrade(*event)
 
     def _close_if_idle(self) -> None:
@@ -152,6 +154,8 @@ class BrowserLine(_Base):  # type: ignore[misc]
             self.transport.close()
 
 
-def _with_own_cookie(headers: Iterable[tuple[bytes, bytes]], name: str) -> Iterator[tuple[bytes, bytes]]:
+def _with_own_cookies(
+    headers: Iterable[tuple[bytes, bytes]], names: Sequence[str]
+) -> Iterator[tuple[bytes, bytes]]:
     for key, value in headers:
-        yield key, only_cookie(value, name) if key.lower() == b"cookie" else value
+        yield key, only_cookies(value, names) if key.lower() == b"cookie" else value

@@ -59,7 +59,7 @@ class BenchServer(LineServer):
         self.dropped = Dropped()
         self._pages = _application(bench)
         guard_messages(self.dropped)
-        lines = Lines(bench.access.cookie, bench.access.operates, tls)
+        lines = Lines(bench.access.cookies, bench.access.operates, tls)
         gate = Gate(self._pages, bench.access, settings, lines.note_known)
         super().__init__(
             GZipMiddleware(gate, compresslevel=COMPRESSION),

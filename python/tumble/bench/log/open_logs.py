@@ -12,7 +12,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.tools.view.viewing import Viewing, open_viewing
 
 MOST = 4
-"""Recordings that are kept; of more, that which was opened longest ago is closed."""
+"""Recordings that are kept; of more, that which was opened longest ago is closed once no page shows it."""
 
 
 class OpenLogs:
@@ -44,5 +44,11 @@ class OpenLogs:
                 self._readers.append(threading.Thread(target=self._open[source].gather, daemon=True))
                 self._readers[-1].start()
             while len(self._open) > MOST:
-                del self._open[next(iter(self._open))]
+                self._open.pop(next(iter(self._open))).close()
             return self._open[source]
+
+    def close(self) -> None:
+        """Closes all recordings."""
+        with self._lock:
+            while self._open:
+                self._open.popitem()[1].close()

@@ -99,6 +99,17 @@ def run_procedure(
     One that takes units together gets the first, and the others. Without sections the logs themselves are
     read, so that files are those of the command. Raises `TumbleError` in one line where it cannot be done.
     """
+    with viewing.in_use():
+        return _run(procedure, units, sections, viewing, folder)
+
+
+def _run(
+    procedure: Procedure,
+    units: Sequence[ViewedUnit],
+    sections: Sequence[tuple[float, float]],
+    viewing: Viewing,
+    folder: Path,
+) -> tuple[str, dict[str, Path]]:
     act = getattr(import_module(f"{procedure.folder}.procedure"), procedure.word)
     first, *others = (unit.samples.cut(list(sections)) if sections else unit.source for unit in units)
     given = (first, others) if procedure.roles else (first,)

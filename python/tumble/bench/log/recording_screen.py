@@ -98,9 +98,13 @@ class RecordingScreen:
                 self._selection_card()
                 self._procedures = ProcedurePanel(self._viewing, self._pages, self._report, self._workplace)
                 self._facts = ui.element("div")
-        ui.context.client.on_delete(lambda: self._route.end(self._address))
+        ui.context.client.on_delete(self.end)
         self._look()
         ui.timer(REFRESH, self._look)
+
+    def end(self) -> None:
+        """Lets go of the samples: the page is gone, or shows something else."""
+        self._route.end(self._address)
 
     def _bar(self) -> None:
         viewing = self._viewing

@@ -29,6 +29,7 @@ class SamplesRoute:
     def serve(self, viewing: Viewing, lines: Sequence[SeriesFacts]) -> str:
         """Serves lines of what is shown; returns the address below which they are."""
         key = secrets.token_urlsafe(12)
+        viewing.enter()
         self._shown[key] = viewing, lines
         return f"{ROUTE}/{key}"
 
@@ -39,7 +40,9 @@ class SamplesRoute:
 
     def end(self, address: str) -> None:
         """Serves nothing there any more."""
-        self._shown.pop(address.rpartition("/")[2], None)
+        viewing, _ = self._shown.pop(address.rpartition("/")[2], (None, ()))
+        if viewing is not None:
+            viewing.leave()
 
     def _samples(self, key: str, start: float, end: float, bins: int) -> Response:
         """Answers in a thread of its own, as a function without `async` does."""
@@ -48,7 +51,9 @@ class SamplesRoute:
         if not (np.isfinite([start, end]).all() and end > start and 1 <= bins <= MOST_BINS):
             raise HTTPException(422, "give start before end, and a number of bins")
         viewing, lines = self._shown[key]
-        return Response(window_bytes(viewing, lines, start, end, bins), media_type="application/octet-stream")
+        with viewing.in_use():
+            content = window_bytes(viewing, lines, start, end, bins)
+        return Response(content, media_type="application/octet-stream")
 
 
 def window_bytes(

@@ -60,7 +60,7 @@ class PageServer:
         # filled; CPython then fails to fill them. So no other thread works before that.
         app.on_startup(threading.Thread(target=work, daemon=True).start)
         guard_messages(Dropped())
-        lines = Lines(access.cookie, access.operates)
+        lines = Lines(access.cookies, access.operates)
         gate = Gate(pages, access, settings, lines.note_known)
         self._server = LineServer(gate, listening, lines, timeout_graceful_shutdown=1)
 

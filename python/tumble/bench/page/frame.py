@@ -7,6 +7,7 @@ from functools import partial
 from typing import TypeAlias
 
 from nicegui import __version__, ui
+from nicegui.client import Client
 from nicegui.element import Element
 
 from tumble.bench.bench import Bench
@@ -24,6 +25,8 @@ from tumble.bench.page.units import show_units
 from tumble.bench.parts.elements import Label, block, button, link, set_attribute, set_class
 from tumble.foundation.translation import accepted_language
 
+MOST_UNOPENED = 64
+"""Pages that wait for their browsers, or for these to come back; each takes half a megabyte."""
 BETWEEN_UPDATES = 0.05
 """s between two looks whether there is anything new to show."""
 NamedScreen: TypeAlias = tuple[str, str, Callable[[PageContext], Screen]]
@@ -54,12 +57,24 @@ TONES = {"held": "held", "part done": "part done", "warning": "warning", "ended 
 def show_page(bench: Bench) -> None:
     """Builds the page for the browser that asks."""
     client = ui.context.client
+    _forget_unopened(bench)
     request = client.request
     language = accepted_language(request.headers.get("accept-language", ""))
     page = PageContext(bench, request.scope[BROWSER], language, client)
     ui.add_head_html(HEAD)
     add_connecting(page.words("Connecting …"))
     PageFrame(page, request.url.path)
+
+
+def _forget_unopened(bench: Bench) -> None:
+    """Deletes the oldest pages that were built and not opened, but those of whoever holds the bench."""
+    unopened = [
+        each
+        for each in Client.instances.values()
+        if not each.has_socket_connection and not bench.access.operates(each.request.scope[BROWSER].key)
+    ]
+    for each in unopened[:-MOST_UNOPENED]:
+        each.delete()
 
 
 class PageFrame:

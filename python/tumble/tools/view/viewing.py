@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -63,6 +65,29 @@ class Viewing:
         self.version = 0
         """Grows with everything that is found."""
         self.remarks: list[str] = []
+        self._users = 0
+        self._is_closed = False
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def in_use(self) -> Iterator[None]:
+        """Keeps the samples while the block runs, whoever closes it meanwhile."""
+        self.enter()
+        try:
+            yield
+        finally:
+            self.leave()
+
+    def enter(self) -> None:
+        """Keeps the samples until `leave`."""
+        with self._lock:
+            self._users += 1
+
+    def leave(self) -> None:
+        """Ends one use."""
+        with self._lock:
+            self._users -= 1
+            self._free_unused()
 
     @property
     def duration(self) -> float:
@@ -82,6 +107,11 @@ class Viewing:
 
     def gather(self) -> None:
         """Reads, marks and inspects all units; problems of a unit are kept with it."""
+        with self.in_use():
+            if not self._is_closed:
+                self._gather()
+
+    def _gather(self) -> None:
         for unit in self.units:
             self._within(unit, self._read)
         self._align()
@@ -178,9 +208,15 @@ class Viewing:
         self.version += 1
 
     def close(self) -> None:
-        """Gives the disk free."""
-        for unit in self.units:
-            unit.samples.close()
+        """Gives the disk free, once nobody uses the samples any more."""
+        with self._lock:
+            self._is_closed = True
+            self._free_unused()
+
+    def _free_unused(self) -> None:
+        if self._is_closed and not self._users:
+            for unit in self.units:
+                unit.samples.close()
 
 
 def _rests_in(marks: Sequence[SegmentMark]) -> int:

@@ -1,0 +1,55 @@
+"""Work for browsers that do not hold the bench: so much at once, then a rate that leaves time for the run.
+
+To build a page takes a thousand times as long as to ask for it, and whoever asks again and again would take
+the time of the server, which reads samples, and its memory.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+
+from tumble.foundation import clock
+
+WORK_OF_A_PAGE = 10
+"""Work of a page that is built, in files that are sent; a page takes 21 ms of a processor."""
+MOST_WORK = 1000
+"""Work at once: 20 pages, with the files of each."""
+WORK_A_SECOND = 100
+"""Work a second after that: a fifth of a processor, and 10 pages."""
+
+
+class GuestWork:
+    """Gives turns to guests once too much was asked for; each group of them waits in a line of its own."""
+
+    def __init__(self) -> None:
+        self._left = float(MOST_WORK)
+        self._seen = clock.now()
+        self._lines: dict[str, asyncio.Lock] = {}
+        self._waiting: Counter[str] = Counter()
+        self._turn = asyncio.Lock()
+
+    async def begin(self, group: str, work: int) -> None:
+        """Waits until there is time for the work of a group of guests."""
+        if self._is_taken(work):
+            return
+        line = self._lines.setdefault(group, asyncio.Lock())
+        self._waiting[group] += 1
+        try:
+            async with line, self._turn:
+                while not self._is_taken(work):
+                    await asyncio.sleep((work - self._left) / WORK_A_SECOND)
+        finally:
+            self._waiting[group] -= 1
+            if not self._waiting[group]:
+                del self._waiting[group], self._lines[group]
+
+    def _is_taken(self, work: int) -> bool:
+        """Takes the time for work where there is some left."""
+        now = clock.now()
+        self._left = min(float(MOST_WORK), self._left + (now - self._seen) * WORK_A_SECOND)
+        self._seen = now
+        if self._left < work:
+            return False
+        self._left -= work
+        return True
