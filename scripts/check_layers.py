@@ -90,6 +90,7 @@ DATA = {
     *(
         "clock",
         "days",
+        "names",
         "constants",
         "numbers",
         "units",
@@ -153,13 +154,14 @@ LAYERS: dict[str, set[str]] = {
     "units": set(),
     "words": set(),
     "clock_skew": set(),
-    "days": set(),
+    "days": {"clock"},
+    "names": set(),
     "body_axes": set(),
     "secrets": set(),
     "errors": {"secrets", "words"},
     "folder_lock": {"errors"},
     "file_status": {"errors"},
-    "bounded_json": set(),
+    "bounded_json": {"words"},
     "file_reading": {"errors", "file_status", "files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status"},
     "file_names": {"procedures"},
@@ -167,7 +169,7 @@ LAYERS: dict[str, set[str]] = {
     "project_file": READING | {"errors", "words"},
     "arrays": {"errors"},
     "magnetic": {"arrays", "errors", "words"},
-    "recording": {"errors", "arrays", "frames", "magnetic", "units", "words"},
+    "recording": {"errors", "arrays", "frames", "magnetic", "names", "units", "words"},
     "firmware": {"errors", "magnetic", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
@@ -177,9 +179,9 @@ LAYERS: dict[str, set[str]] = {
     "printed": {"field_docstrings"},
     "debugging": set(),
     "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
-    | {"schemas", "words", "file_reading"},
+    | {"schemas", "words", "names", "file_reading"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"clock", "errors", "files", "file_status", "folder_lock", "log_time"},
+    "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
@@ -191,7 +193,7 @@ LAYERS: dict[str, set[str]] = {
     "logs": READING
     | {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "executors", "log_time", "magnetic", "debugging", "_core"},
+    | {"body_axes", "executors", "log_time", "magnetic", "names", "debugging", "_core"},
     "live": {
         "numbers",
         "units",

@@ -30,5 +30,5 @@ def on_page_content(page_html: str, page: Page, **_: object) -> str:
 
 def block(name: str) -> str:
     """Directive for a public name, under the name that users write."""
-    home = next(module for module, names in tumble._HOMES.items() if name in names)
+    home = next(module for module, names in tumble._homes().items() if name in names)
     return f"::: {home}.{name}\n    options:\n      heading: tumble.{name}"

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 from tumble.foundation import lazy
-from tumble.foundation.procedures import homes
 
 TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
 if TYPE_CHECKING:
@@ -123,49 +122,54 @@ __all__ = [
     "turntable",
 ]
 
-_HOMES: dict[str, tuple[str, ...]] = {
-    **dict(homes()),
-    "tumble._core": ("__version__",),
-    "tumble.calibration.document": ("Calibration",),
-    "tumble.foundation.errors": (
-        "CalibrationFileError",
-        "LogError",
-        "OutputError",
-        "ProcedureError",
-        "TumbleError",
-    ),
-    "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
-    "tumble.tools.apply.procedure": ("apply",),
-    "tumble.tools.compare.procedure": ("compare",),
-    "tumble.tools.compare.result": ("CompareResult",),
-    "tumble.tools.convert.procedure": ("convert",),
-    "tumble.tools.exchange.procedure": ("export", "import_calibrations"),
-    "tumble.tools.inspect.procedure": ("inspect",),
-    "tumble.tools.plateaus.procedure": ("plateaus",),
-    "tumble.tools.plateaus.result": ("PlateausResult",),
-    "tumble.tools.simulate": (
-        "simulate_flight",
-        "simulate_magnetometer",
-        "simulate_multipose",
-        "simulate_plateaus",
-        "simulate_spin",
-        "simulate_static",
-        "simulate_thermal",
-        "simulate_turntable",
-    ),
-    "tumble.laboratory.registry": ("Registry",),
-    "tumble.poses.pose_list": ("Pose", "PoseList"),
-    "tumble.calibration.limits": ("Limits",),
-    "tumble.procedures.redundancy.monitor": ("RedundancyMonitor",),
-    "tumble.procedures.redundancy.settings": ("RedundancySettings",),
-    "tumble.logs.aiding": ("Aiding",),
-    "tumble.procedures.spin.machine": ("SpinMachine",),
-    "tumble.foundation.recording": ("Chunk", "Recording"),
-    "tumble.procedures.turntable.result": ("TargetResult", "TurntableResult"),
-}
+
+def _homes() -> dict[str, tuple[str, ...]]:
+    # It takes longer to import than all else of the package, until which Control-C shows a traceback.
+    from tumble.foundation.procedures import homes
+
+    return {
+        **dict(homes()),
+        "tumble._core": ("__version__",),
+        "tumble.calibration.document": ("Calibration",),
+        "tumble.foundation.errors": (
+            "CalibrationFileError",
+            "LogError",
+            "OutputError",
+            "ProcedureError",
+            "TumbleError",
+        ),
+        "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
+        "tumble.tools.apply.procedure": ("apply",),
+        "tumble.tools.compare.procedure": ("compare",),
+        "tumble.tools.compare.result": ("CompareResult",),
+        "tumble.tools.convert.procedure": ("convert",),
+        "tumble.tools.exchange.procedure": ("export", "import_calibrations"),
+        "tumble.tools.inspect.procedure": ("inspect",),
+        "tumble.tools.plateaus.procedure": ("plateaus",),
+        "tumble.tools.plateaus.result": ("PlateausResult",),
+        "tumble.tools.simulate": (
+            "simulate_flight",
+            "simulate_magnetometer",
+            "simulate_multipose",
+            "simulate_plateaus",
+            "simulate_spin",
+            "simulate_static",
+            "simulate_thermal",
+            "simulate_turntable",
+        ),
+        "tumble.laboratory.registry": ("Registry",),
+        "tumble.poses.pose_list": ("Pose", "PoseList"),
+        "tumble.calibration.limits": ("Limits",),
+        "tumble.procedures.redundancy.monitor": ("RedundancyMonitor",),
+        "tumble.procedures.redundancy.settings": ("RedundancySettings",),
+        "tumble.logs.aiding": ("Aiding",),
+        "tumble.procedures.spin.machine": ("SpinMachine",),
+        "tumble.foundation.recording": ("Chunk", "Recording"),
+        "tumble.procedures.turntable.result": ("TargetResult", "TurntableResult"),
+    }
 
 
-__getattr__ = lazy.attributes(__name__, _HOMES)
+__getattr__ = lazy.attributes(__name__, _homes)
 
 
 def __dir__() -> list[str]:

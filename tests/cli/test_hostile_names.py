@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
+from pathlib import Path
 
 import pytest
 
@@ -53,6 +54,19 @@ def test_no_name_begins_a_line_or_steers_a_terminal(workplace):
             if line.lstrip().startswith("forged") or printable(line) != line:
                 bad.append((words[:2], line))
     assert bad == []
+
+
+def test_a_log_with_a_hostile_name_is_read(workplace):
+    path = f"{NAME}.csv"
+    assert typed("simulate", "spin", "--turns", "1", "--seed", "7", "-o", "made").code == 0
+    Path("made/spin.csv").rename(path)
+    for words in (("inspect", path), ("noise", path), ("spin", path), ("convert", path, "out.csv")):
+        done = typed(*words)
+        assert done.code in (0, 2, 3), done
+        assert "no such file" not in done.err, words
+        for line in (done.out + done.err).split("\n"):
+            assert not line.lstrip().startswith("forged"), words
+            assert printable(line) == line, words
 
 
 def test_json_keeps_a_name_as_it_is(workplace):

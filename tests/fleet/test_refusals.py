@@ -56,6 +56,9 @@ def test_wrong_job_is_one_line(tmp_path, monkeypatch, content, cause):
         ({"place": ["a.csv", "a.csv"]}, "a.csv: is given twice"),
         ({"place": ["a.csv"], "options": ["still"]}, "row 1: options 'still' are no JSON object"),
         ({"place": pa.array([], pa.string())}, "lists no inputs"),
+        ({"place": ["a.csv"], "day": ["yesterday"]}, "row 1: day 'yesterday' is none"),
+        ({"place": ["a.csv"], "day": ["2999-01-01"]}, "row 1: day '2999-01-01' is in the future"),
+        ({"place": ["a.csv"], "unit": ["x" * 2000]}, "row 1: unit: a name of 2000 letters"),
     ],
 )
 def test_wrong_manifest_names_row_and_cause(tmp_path, monkeypatch, columns, cause):

@@ -29,6 +29,7 @@ from tumble.foundation.documents import (
     ArrayField,
     Document,
     Matrix,
+    Name,
     Vector,
     VectorWithGaps,
     document_kind,
@@ -361,15 +362,15 @@ class ReferenceUncertainty(Document):
 class CertificateOfReference(Document):
     """Certificate of the reference, to which the calibration is traceable."""
 
-    laboratory: str
+    laboratory: Name
     number: str
     date: str
     """Date of the calibration of the reference, such as `2026-03-31`."""
     due: str = ""
     """Last day on which it holds; empty where the certificate does not state it."""
-    manufacturer: str = ""
-    model: str = ""
-    serial: str = ""
+    manufacturer: Name = ""
+    model: Name = ""
+    serial: Name = ""
     file: str
     """Name of the file, without folders."""
     sha256: str
@@ -381,8 +382,8 @@ class CertificateOfReference(Document):
 class Reference(Document):
     """The IMU that supplied the truth."""
 
-    name: str
-    serial: str = ""
+    name: Name
+    serial: Name = ""
     calibration_hash: str = ""
     """sha256 of the calibration the reference itself carried; empty if it carried none."""
     log: Log | None = None
@@ -407,8 +408,8 @@ class Contribution(Document):
     software: str = ""
     date: str = ""
     """UTC, ISO 8601."""
-    operator: str = ""
-    station: str = ""
+    operator: Name = ""
+    station: Name = ""
     logs: tuple[Log, ...] = Field(default=(), strict=False)
     verdict: str = ""
     """Verdict as of a calibration; `measured` for noise and temperature."""
@@ -425,13 +426,13 @@ class Calibration(Document):
         default=SCHEMA, alias="schema"
     )
     """Files of version 1 are read, and saved, as they are; those of version 2 are read, and saved as 3."""
-    name: str
-    serial: str = ""
+    name: Name
+    serial: Name = ""
     software: str = ""
     date: str = ""
     """Date of the calibration: UTC, ISO 8601, such as `2026-11-22T06:20:00Z`."""
-    operator: str = ""
-    station: str = ""
+    operator: Name = ""
+    station: Name = ""
     axes: str | None = None
     """Directions of the case axes x, y and z in a vehicle (F or B, L or R, U or D), such as FRD, where the
     log defines them."""

@@ -22,7 +22,7 @@ from tumble import _core
 from tumble.calibration.budget import Distribution
 from tumble.calibration.document import Calibration
 from tumble.foundation.days import day_of
-from tumble.foundation.documents import ArrayField, Document, Vector, read_document
+from tumble.foundation.documents import ArrayField, Document, Name, Vector, read_document
 from tumble.foundation.error_decomposition import (
     PAIRS,
     factor_jacobian,
@@ -95,9 +95,9 @@ class _Spreads(Document):
 class CertifiedUnit(Document):
     """The reference that was calibrated."""
 
-    manufacturer: str = ""
-    model: str = ""
-    serial: str = ""
+    manufacturer: Name = ""
+    model: Name = ""
+    serial: Name = ""
 
 
 class CertifiedValue(Document):
@@ -259,7 +259,7 @@ class ReferenceCertificate(Document):
 
     schema_: Literal["tumble-reference-certificate/1"] = Field(default=SCHEMA, alias="schema")
     reference: CertifiedUnit
-    laboratory: str = Field(min_length=1)
+    laboratory: Name = Field(min_length=1)
     number: str = Field(min_length=1)
     """Number of the certificate."""
     date: str

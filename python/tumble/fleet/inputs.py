@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import matching, version_at
 from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.days import day_of, mistake_in_date
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.executors import unjoined_executor
+from tumble.foundation.names import normal_name
 from tumble.foundation.words import quoted
 
 COLUMNS = ("unit", "serial", "model", "lot", "operator", "station", "day")
@@ -132,10 +134,29 @@ def _found(pattern: str) -> Iterator[FleetInput]:
     found = False
     for place, version in matching(wildcards):
         found = True
-        facts = facts_in(place)
+        facts = _facts(shown(place), facts_in(place))
         yield FleetInput(place, version, {"unit": _unit(place), **facts})
     if not found:
         raise InputsError(f"{shown(pattern)}: fits no file; check the pattern")
+
+
+def _facts(about: str, stated: Mapping[str, Any]) -> dict[str, str]:
+    """Returns the facts about a recording.
+
+    Raises `InputsError` for a name that is too long, and a day that is none or in the future.
+    """
+    facts: dict[str, str] = {}
+    for name in COLUMNS:
+        if stated.get(name):
+            try:
+                facts[name] = normal_name(str(stated[name]))
+            except ValueError as error:
+                raise InputsError(f"{about}: {name}: {error}; correct it") from error
+    if day := facts.get("day"):
+        mistake = mistake_in_date(day) if day_of(day) else "is none; give one such as 2026-11-22"
+        if mistake:
+            raise InputsError(f"{about}: day {quoted(day)} {mistake}")
+    return facts
 
 
 def _matcher(pattern: str) -> Any:  # noqa: ANN401 - a function
@@ -175,7 +196,7 @@ def _listed(manifest: str) -> Iterator[FleetInput]:
                     raise InputsError(
                         f"{shown(manifest)}: row {number}: {shown(row['place'])} does not exist; correct it"
                     )
-                facts = {name: str(row[name]) for name in COLUMNS if row.get(name)}
+                facts = _facts(f"{shown(manifest)}: row {number}", row)
                 yield FleetInput(
                     row["place"],
                     version,

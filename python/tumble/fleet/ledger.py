@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from datetime import datetime, timezone
 from typing import Any
 
 from tumble import _core
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import FileStore
 from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.days import moment_of
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.provenance import date_now
 
@@ -145,5 +145,6 @@ def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:
 
 
 def _seconds(date: str) -> str:
-    moment = datetime.strptime(date, "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=timezone.utc)
+    moment = moment_of(date)
+    assert moment is not None, "a run has a date"
     return str(int(moment.timestamp()))

@@ -14,6 +14,7 @@ from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar
 import numpy as np
 import yaml
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     GetCoreSchemaHandler,
@@ -31,6 +32,7 @@ from tumble.foundation.field_docstrings import field_docstrings
 from tumble.foundation.file_reading import read_text_whole
 from tumble.foundation.files import FileKind, write_text
 from tumble.foundation.log_formats import has_log_ending
+from tumble.foundation.names import normal_name
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import DocumentSchema, schema_stated
@@ -150,6 +152,8 @@ class ArrayField:
         return abs(value) <= LARGEST_NUMBER or (self.gaps and math.isnan(value))
 
 
+Name: TypeAlias = Annotated[str, AfterValidator(normal_name)]
+"""Name of a unit or a person, or a serial number, in its one form."""
 Vector: TypeAlias = Annotated[FloatArray, ArrayField((3,))]
 Matrix: TypeAlias = Annotated[FloatArray, ArrayField((3, 3))]
 VectorWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3,), gaps=True)]

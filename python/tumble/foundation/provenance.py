@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from pathlib import Path
 
 from tumble.foundation import clock
+from tumble.foundation.days import moment_text
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file, is_folder, is_special
 from tumble.foundation.files import once_per_file
@@ -78,10 +78,9 @@ def date_now() -> str:
     """
     stated = os.environ.get(_EPOCH)
     try:
-        moment = datetime.fromtimestamp(clock.utc() if stated is None else int(stated), timezone.utc)
+        return moment_text(clock.utc() if stated is None else int(stated))
     except (ValueError, OverflowError, OSError):
         raise TumbleError(f"{_EPOCH}={stated}: give whole seconds since 1970, or unset it") from None
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def sha256_of(path: Path) -> str:

@@ -14,6 +14,7 @@ from tumble.foundation import arrays, frames
 from tumble.foundation.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
 from tumble.foundation.errors import ArrayError, LogError
 from tumble.foundation.magnetic import MagneticTrack
+from tumble.foundation.names import LONGEST_NAME, normal_name
 from tumble.foundation.units import TRIADS, UNITS, Channel, Triad, channels_of
 from tumble.foundation.words import plain
 
@@ -125,8 +126,16 @@ class Metadata:
     """Remarks of the reader for the user: signs inverted, rows skipped."""
 
     def __post_init__(self) -> None:
-        """Escapes control characters in the names of a log, which reach terminals and file names."""
-        for name in ("name", "source", "frame", "serial", "axes"):
+        """Escapes control characters in the names of a log, which reach terminals and file names.
+
+        Raises `LogError` where a name is longer than any.
+        """
+        try:
+            for name in ("name", "serial"):
+                object.__setattr__(self, name, normal_name(getattr(self, name)))
+        except ValueError as error:
+            raise LogError(f"{self.source[:LONGEST_NAME]}: states {error}; correct it") from error
+        for name in ("name", "frame", "serial", "axes"):
             object.__setattr__(self, name, plain(getattr(self, name)))
         object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
 

@@ -16,7 +16,7 @@ from tumble.foundation.results import Row
 from tumble.foundation.words import quoted
 from tumble.laboratory import tables
 from tumble.laboratory.chain import Value, sha256_of_json, stored
-from tumble.laboratory.registry import IN_SERVICE, Listing, Registry
+from tumble.laboratory.registry import IN_SERVICE, Listing, Registry, name_of
 
 KINDS = ("reference", "table", "chamber", "thermometer")
 LARGEST_CERTIFICATE = 64 << 20
@@ -32,6 +32,8 @@ def add(
         raise TumbleError(f"--kind {quoted(stated['kind'])}: give one of {', '.join(KINDS)}")
     if "due" in stated and day_of(stated["due"]) is None:
         raise TumbleError(f"--due {quoted(stated['due'])}: give a date such as 2027-06-30")
+    name = name_of(name, "equipment")
+    stated = {key: name_of(value, f"--{key}") for key, value in stated.items()}
     content = read_whole(Path(document), LARGEST_CERTIFICATE, "certificate") if document else None
     digest = registry.documents.keep(content) if content is not None else None
     key = sha256_of_json(name)[:32]

@@ -19,9 +19,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from sqlalchemy import Connection, Select, Table, exists, func, insert, or_, select
 
 from tumble.calibration.decision import rule_in_words
+from tumble.foundation.days import mistake_in_date
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.files import make_file
+from tumble.foundation.names import normal_name
 from tumble.foundation.provenance import date_now
 from tumble.foundation.results import Row, Tabular
 from tumble.foundation.words import quoted
@@ -68,6 +70,12 @@ class UnitFacts:
     owner: str = ""
     identities: tuple[str, ...] = ()
     """Such as device ids of an autopilot."""
+
+    def __post_init__(self) -> None:
+        """Brings names into their one form; raises `TumbleError` where one is longer than any."""
+        for name in ("manufacturer", "model", "lot", "owner"):
+            object.__setattr__(self, name, name_of(getattr(self, name), name))
+        object.__setattr__(self, "identities", tuple(name_of(each, "identity") for each in self.identities))
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +186,7 @@ class Registry:
                 return cls(address)
             row: dict[str, Value] = {
                 "identifier": str(uuid.uuid4()),
-                "laboratory": laboratory,
+                "laboratory": name_of(laboratory, "laboratory"),
                 "documents": documents,
             }
             _append(connection, {"registry": [row]}, "registry made", who)
@@ -229,6 +237,8 @@ class Registry:
         if condition not in CONDITIONS:
             raise TumbleError(f"condition {quoted(condition)}: give {' or '.join(CONDITIONS[1:])}")
         found = list(read_results(places))
+        for result in found:
+            result.refuse_false_dates()
         if supersedes and len(found) != 1:
             raise TumbleError(f"--supersedes: {len(found)} results are given; give the one that supersedes")
         added: list[Added] = []
@@ -401,7 +411,7 @@ class Registry:
         )  # fmt: skip
         for column, value in ((u.c.model, model), (u.c.lot, lot), (s.c.procedure, procedure)):
             if value is not None:
-                chosen = chosen.where(column == stored(value))
+                chosen = chosen.where(column == stored(name_of(value, column.name)))
         with self.database.reading() as connection:
             if serial is not None:
                 units = [unit["unit"] for unit in units_called(connection, serial)]
@@ -447,7 +457,7 @@ class Registry:
         chosen = select(u).order_by(u.c.serial, u.c.name)
         for column, value in ((u.c.model, model), (u.c.lot, lot)):
             if value is not None:
-                chosen = chosen.where(column == stored(value))
+                chosen = chosen.where(column == stored(name_of(value, column.name)))
         with self.database.reading() as connection:
             return Listing(_rows(connection, chosen))
 
@@ -459,7 +469,7 @@ class Registry:
     def _whole_identity(self, connection: Connection, identity: str) -> str:
         """Complete the beginning of an identity; of a serial or name take the latest result."""
         c = tables.calibration
-        wanted = str(stored(identity.strip()))
+        wanted = str(stored(name_of(identity, "unit")))
         if wanted and set(wanted) <= set("0123456789abcdef"):
             column = c.c.calibration
             chosen = select(column).where(column >= wanted, column < f"{wanted}g").limit(2)
@@ -532,6 +542,14 @@ class Registry:
     def to_pandas(self) -> DataFrame:
         """Return all results as a data frame; raises `TumbleError` where pandas is not installed."""
         return self.list(most=1 << 31).to_pandas()
+
+
+def name_of(text: str, what: str) -> str:
+    """Return a name in its one form; raises `TumbleError` where it is longer than any. `what` names it."""
+    try:
+        return normal_name(text)
+    except ValueError as error:
+        raise TumbleError(f"{what}: {error}; give a shorter one") from error
 
 
 def _stated(facts: UnitFacts) -> dict[str, Value]:
@@ -614,8 +632,11 @@ def _append(
         table: [{**{key: stored(value) for key, value in row.items()}, "entry": number} for row in found]
         for table, found in rows.items()
     }
-    author = str(stored(who or _user()))
-    entry = next_entry(None if last is None else Entry(**last), date_now(), author, what, whole)
+    author = str(stored(name_of(who or _user(), "who adds")))
+    date = date_now()
+    if mistake := mistake_in_date(date):
+        raise TumbleError(f"the date of the entry, {date}, {mistake}")
+    entry = next_entry(None if last is None else Entry(**last), date, author, what, whole)
     connection.execute(insert(e).values(asdict(entry)))
     for table in tables.OF_ENTRIES:
         if found := whole.get(table.name):
@@ -660,7 +681,7 @@ def current_units(connection: Connection, condition: Any) -> Iterator[Mapping[st
 
 def units_called(connection: Connection, name: str) -> Iterator[Mapping[str, Any]]:
     """Yield units of that serial; where there are none, those of that name."""
-    u, wanted = tables.unit.c, stored(name)
+    u, wanted = tables.unit.c, stored(name_of(name, "unit"))
     found = list(current_units(connection, u.serial == wanted))
     yield from found or current_units(connection, or_(u.name == wanted, u.unit == wanted))
 

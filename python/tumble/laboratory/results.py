@@ -14,6 +14,7 @@ import numpy as np
 from tumble.calibration.contributions import NOISE, part
 from tumble.calibration.document import KIND, Calibration, MagnetometerCalibration, TriadCalibration
 from tumble.calibration.limits import Limits
+from tumble.foundation.days import mistake_in_date
 from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.errors import TumbleError
@@ -23,6 +24,7 @@ from tumble.foundation.files import PAGE
 from tumble.foundation.plain import finite, finite_or_none
 from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
+from tumble.foundation.words import quoted
 from tumble.laboratory.chain import sha256_of_json
 
 AXES = ("x", "y", "z")
@@ -145,6 +147,12 @@ class Result:
                 run.date,
             ]
         )
+
+    def refuse_false_dates(self) -> None:
+        """Raises `TumbleError` where a run that gave a part of it has no date on which it may have been."""
+        for run in runs_of(self.content):
+            if run.date and (mistake := mistake_in_date(run.date)):
+                raise TumbleError(f"the date {quoted(run.date)} {mistake}", about=self.source)
 
     def recordings(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
         """Yield the role and description of each log."""

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from tumble.foundation.errors import LogError
+from tumble.foundation.names import normal_name
+
 if TYPE_CHECKING:
     from tumble.foundation.recording import RecordingSource
     from tumble.foundation.units import Channel
@@ -78,7 +81,14 @@ class ReadOptions:
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 
     def __post_init__(self) -> None:
-        """Fills in the options of `counts`; those stated by themselves go before them."""
+        """Fills in the options of `counts`; those stated by themselves go before them.
+
+        Raises `LogError` where the serial number is longer than any.
+        """
+        try:
+            object.__setattr__(self, "serial", normal_name(self.serial))
+        except ValueError as error:
+            raise LogError(f"--serial: {error}; give a shorter one") from error
         if self.counts is None:
             return
         units = {"accelerometer": "g", "gyroscope": "deg/s"}

@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from pydantic import Field, JsonValue
 
-from tumble.foundation.documents import Document, read_document
+from tumble.foundation.documents import Document, Name, read_document
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.file_status import is_file
@@ -55,7 +55,7 @@ class SessionUnit(Document):
     """Under which it was recorded; `SESSION:NAME` reads it."""
     source: str
     """Source as typed by the user."""
-    serial: str = ""
+    serial: Name = ""
     """Serial number of the unit, where it is known."""
     samples: int | None = Field(default=None, ge=0)
     """Once the session has ended."""
@@ -68,8 +68,8 @@ class SessionProcedure(Document):
 
     name: str
     """`turntable`."""
-    operator: str = ""
-    station: str = ""
+    operator: Name = ""
+    station: Name = ""
     options: dict[str, JsonValue] = Field(default_factory=dict)
     """Options of the user, and how far they were met."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from datetime import datetime, timedelta, timezone
+from datetime import timedelta
 from pathlib import Path
 
 from cryptography import x509
@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
+from tumble.foundation.days import moment_of
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
@@ -46,7 +47,8 @@ def make_key(path: Path, laboratory: str) -> Path:
         raise OutputError(f"{public}: is there already, and is kept; give another name")
     key = ec.generate_private_key(ec.SECP256R1())
     own = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, laboratory[:_LONGEST_NAME])])
-    now = datetime.strptime(date_now(), "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=timezone.utc)
+    now = moment_of(date_now())
+    assert now is not None, "it is a moment"
     usage = x509.KeyUsage(
         digital_signature=True, content_commitment=True, key_encipherment=False, data_encipherment=False,
         key_agreement=False, key_cert_sign=False, crl_sign=False, encipher_only=False, decipher_only=False,

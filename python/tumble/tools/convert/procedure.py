@@ -16,7 +16,7 @@ from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import TRIADS
-from tumble.foundation.words import count_of, join
+from tumble.foundation.words import count_of, join, plain
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_mcap_writer, open_recording, open_writer
 from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.magnetic_rows import MagneticRows
@@ -358,4 +358,4 @@ def _write_sensors(imus: Sequence[_Imu], converted: Sequence[ConvertedImu]) -> N
     from tumble.logs.writer_euroc import write_sensor
 
     for imu, done in zip(imus, converted, strict=True):
-        write_sensor(imu.place.path, f"converted from {imu.recording.metadata.source}", done.rate)
+        write_sensor(imu.place.path, f"converted from {plain(imu.recording.metadata.source)}", done.rate)

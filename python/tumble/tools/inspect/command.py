@@ -12,6 +12,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.screen import print_document, result_console
 from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.words import plain
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def _show(inspection: Inspection) -> None:
     def line(text: str, style: str = "") -> None:
         console.print(Text(f"  {text}", style), soft_wrap=True)
 
-    console.print(Text(inspection.metadata.source, "bold"), soft_wrap=True)
+    console.print(Text(plain(inspection.metadata.source), "bold"), soft_wrap=True)
     for text in head_lines(inspection):
         line(text)
     console.print(_table(inspection))
