@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import PurePosixPath
@@ -30,7 +30,11 @@ COLUMNS = ("unit", "serial", "model", "lot", "operator", "station", "day")
 _READERS = 32
 """Files of a manifest that are looked up at a time."""
 _ROWS = 4096
-"""Rows of a manifest that are read at a time."""
+"""Rows of a manifest whose files are looked up at a time."""
+_ROWS_AT_ONCE = 256
+"""Rows of a manifest that are read at a time: one text may stand for all of them in few bytes."""
+_LONGEST_TEXT = 1 << 16
+"""Letters of a place, and of options."""
 _NAME = re.compile(r"\{(\w+)\}")
 
 
@@ -206,9 +210,9 @@ def _listed(manifest: str) -> Iterator[FleetInput]:
 
 
 def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
-    import pyarrow as pa  # type: ignore[import-untyped]
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
+    from tumble.fleet.parts import refuse_large
     from tumble.fleet.places import FileStore, store_error
 
     place = FileStore(manifest)
@@ -216,22 +220,33 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
     try:
         with place.files.open(place.root, "rb") as file:
             table = pq.ParquetFile(file)
-            if "place" not in table.schema_arrow.names:
-                raise InputsError(
-                    f"{shown(manifest)}: has no column place; give each input's path or URL in it"
-                )
-            for some in table.iter_batches(_ROWS):
+            refuse_large(table, manifest)
+            known = _columns_of(manifest, table.schema_arrow.names)
+            for some in table.iter_batches(_ROWS_AT_ONCE, columns=known):
                 for row in some.to_pylist():
                     number += 1
-                    if not isinstance(row["place"], str) or not row["place"]:
-                        raise InputsError(
-                            f"{shown(manifest)}: row {number}: place is empty; give a path or URL"
-                        )
+                    _refuse_unfit(f"{shown(manifest)}: row {number}", row)
                     yield number, row
-    except (OSError, pa.ArrowException) as error:
+    except TumbleError:
+        raise
+    except Exception as error:  # of the store's library, or of pyarrow in a file of others
         raise store_error(manifest, error) from error
     if not number:
         raise InputsError(f"{shown(manifest)}: lists no inputs; give a row for each")
+
+
+def _columns_of(manifest: str, names: Sequence[str]) -> list[str]:
+    if "place" not in names:
+        raise InputsError(f"{shown(manifest)}: has no column place; give each input's path or URL in it")
+    return [name for name in ("place", "options", *COLUMNS) if name in names]
+
+
+def _refuse_unfit(about: str, row: Mapping[str, Any]) -> None:
+    if not isinstance(row["place"], str) or not row["place"]:
+        raise InputsError(f"{about}: place is empty; give a path or URL")
+    for name, value in row.items():
+        if isinstance(value, str) and len(value) > _LONGEST_TEXT:
+            raise InputsError(f"{about}: {name} has {len(value)} letters; {_LONGEST_TEXT} at most")
 
 
 def _options(manifest: str, number: int, row: Mapping[str, Any]) -> dict[str, Any]:

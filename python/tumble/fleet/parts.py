@@ -6,16 +6,22 @@ import hashlib
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-from tumble.fleet.places import FileStore, store_error
+from tumble.fleet.places import FileStore, StoreError, store_error
+from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
 
 FOLDER = "parts"
 ENDING = ".parquet"
+LARGEST_PART = 1 << 30
+"""Bytes of a file of Parquet once it is unpacked."""
+_STATED = {"name", "unit", "sha256", "text"}
+"""Members of parameters and documents that each of them has."""
 UNKNOWN_DAY = "unknown"
 """Day of recordings of which no date is stated."""
 
@@ -133,10 +139,52 @@ def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[p
     for path in results.names(FOLDER, ENDING):
         try:
             with results.files.open(path, "rb") as file:
-                table = pq.ParquetFile(file).read(columns)
-        except (OSError, pa.ArrowException) as error:
+                table = _whole_part(pq.ParquetFile(file), path, columns)
+        except StoreError:
+            raise
+        except Exception as error:  # of the store's library, or of pyarrow in a file of others
             raise store_error(path, error) from error
         yield table
+
+
+def refuse_large(file: Any, path: str) -> None:  # noqa: ANN401 - pyarrow
+    """Raises `StoreError` where a file of Parquet unpacks to more than `LARGEST_PART`."""
+    size = sum(file.metadata.row_group(n).total_byte_size for n in range(file.metadata.num_row_groups))
+    if size > LARGEST_PART:
+        raise StoreError(f"{shown(path)}: unpacks to {size >> 20} MiB, and to {LARGEST_PART >> 20} at most")
+
+
+def _whole_part(file: Any, path: str, columns: Sequence[str] | None) -> pa.Table:  # noqa: ANN401 - pyarrow
+    """Reads a part; raises `StoreError` where it is none: whoever may write there may have put it there."""
+    about = f"{shown(path)}: is no part of results"
+    found = file.schema_arrow
+    for field in SCHEMA:
+        if found.get_all_field_indices(field.name) != [SCHEMA.get_field_index(field.name)]:
+            raise StoreError(f"{about}: column {field.name} is missing or elsewhere; remove that file")
+        if found.field(field.name).type != field.type:
+            raise StoreError(f"{about}: column {field.name} is of another type; remove that file")
+    refuse_large(file, path)
+    table = file.read(columns)
+    table.validate(full=True)  # text that is no UTF-8 would be an error wherever it is looked at
+    for name, values in _needed(table):
+        if values.null_count:
+            raise StoreError(f"{about}: a value of {name} is missing; remove that file")
+    return table
+
+
+def _needed(table: pa.Table) -> Iterator[tuple[str, Any]]:
+    """Yields what may not be missing: columns, and what each parameter and document states."""
+    for field in SCHEMA:
+        if field.name not in table.column_names:
+            continue
+        column = table.column(field.name).combine_chunks()
+        if not field.nullable:
+            yield field.name, column
+        elif pa.types.is_list(field.type):
+            inner = column.flatten()
+            yield field.name, inner
+            for each in _STATED & {part.name for part in field.type.value_type}:
+                yield f"{field.name}.{each}", inner.field(each)
 
 
 def rows(results: FileStore, columns: Iterable[str]) -> Iterator[dict[str, object]]:

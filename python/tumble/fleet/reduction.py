@@ -11,8 +11,10 @@ import numpy as np
 
 from tumble.calibration.limits import Limits
 from tumble.fleet.job import REDUCTIONS, Reduction
-from tumble.fleet.parts import UNKNOWN_DAY, rows
+from tumble.fleet.parts import rows
 from tumble.fleet.places import FileStore
+from tumble.foundation.days import day_of
+from tumble.foundation.documents import LARGEST_NUMBER
 from tumble.laboratory.drift import Walk
 from tumble.laboratory.parameter_history import (
     MOST_POOLED,
@@ -202,13 +204,13 @@ class _Gathered:
         parameters = row["parameters"]
         assert isinstance(parameters, list)
         for each in parameters:
-            if each["value"] is not None and (each["u"] or 0.0) > 0.0:
+            if _is_usable(each["value"]) and _is_usable(each["u"]) and each["u"] > 1.0 / LARGEST_NUMBER:
                 own.setdefault(each["name"], []).append(
                     (
                         str(row["day"]),
                         each["value"],
                         each["u"],
-                        each["common"] or 0.0,
+                        each["common"] if _is_usable(each["common"]) else 0.0,
                         each["unit"],
                         row["station"],
                     )
@@ -225,13 +227,17 @@ class _Gathered:
 _Value = tuple[str, float, float, float, str, object]
 
 
+def _is_usable(value: float | None) -> bool:
+    return value is not None and abs(value) <= LARGEST_NUMBER
+
+
 def _measured(name: str, values: Sequence[_Value]) -> Measured:
     days, numbers, u, common, units, stations = zip(*sorted(values, key=lambda each: each[0]), strict=True)
     return Measured(name, units[0], days, numbers, u, common, tuple(str(each or "") for each in stations))
 
 
 def _is_dated(measured: Measured) -> bool:
-    return UNKNOWN_DAY not in measured.dates
+    return all(day_of(date) for date in measured.dates)
 
 
 def _model_of(unit: _Unit) -> str:

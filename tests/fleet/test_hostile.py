@@ -1,0 +1,117 @@
+"""Results of a fleet that others wrote, or that are corrupted: summed up, or refused in one line."""
+
+from __future__ import annotations
+
+import math
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hostile import MOST_BYTES, corrupted, few, for_long
+from made_up_fleets import write_fleets
+from tumble.fleet import parts
+from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
+from tumble.fleet.places import FileStore, StoreError
+from turntable_sessions import one_line, typed
+
+TEXTS = st.sampled_from(
+    ["", "yesterday", "9999-12-31", "\x1b[31m\n<script>alert(1)</script>", "=1+1", "../x"]
+)
+NUMBERS = st.sampled_from([0.0, -1.0, 1.0, 5e-324, 1e308, math.nan, math.inf, -math.inf, None])
+STATED = ("unit", "serial", "model", "lot", "operator", "station", "day", "verdict", "failure", "summary")
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    """Rows of a sound part, a few of them."""
+    folder = tmp_path_factory.mktemp("sound")
+    write_fleets(folder)
+    job = next(path for path in sorted(folder.rglob("parts")))
+    return whole_table(FileStore(str(job.parent))).slice(0, 8).to_pylist()
+
+
+@st.composite
+def hostile_rows(draw, rows):
+    """Rows with the types of a part, and with contents that no command writes."""
+    found = []
+    for row in draw(st.lists(st.sampled_from(rows), min_size=1, max_size=5)):
+        texts = {name: draw(TEXTS) for name in draw(st.sets(st.sampled_from(STATED), max_size=4))}
+        parameters = [
+            each | {name: draw(NUMBERS) for name in draw(st.sets(st.sampled_from(["value", "u", "common"])))}
+            for each in row["parameters"][:4]
+        ]
+        key = draw(st.one_of(st.just(row["key"]), st.binary(min_size=16, max_size=16)))
+        found.append(row | texts | {"parameters": parameters, "key": key})
+    return found
+
+
+def written(folder, table):
+    path = folder / "parts" / "day=x" / "a.parquet"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pq.write_table(table, path, compression="zstd")
+    return path
+
+
+def summed_up(folder):
+    """Sums up results; returns the exit code."""
+    limits, page = folder / "limits.yaml", folder / "page.html"
+    limits.write_text("schema: tumble-limits/1\naccelerometer: {bias: 1.0}\n")
+    page.unlink(missing_ok=True)
+    done = typed("fleet", "show", folder, "--limits", limits, "--page", page)
+    if done.code == 2:
+        one_line(done.err)
+    else:
+        assert done.code in (0, 3)
+        assert "<script>alert" not in page.read_text()
+    return done.code
+
+
+def test_hostile_contents_of_a_part_are_summed_up(tmp_path, rows):
+    @few
+    @given(found=hostile_rows(rows))
+    def check(found):
+        written(tmp_path, pa.Table.from_pylist(found, SCHEMA))
+        assert summed_up(tmp_path) in (0, 3)
+
+    for_long(check, 0.5)
+
+
+def test_a_corrupted_part_is_read_or_refused_in_one_line(tmp_path, rows):
+    path = written(tmp_path, pa.Table.from_pylist(rows, SCHEMA))
+
+    @few
+    @given(data=corrupted(path.read_bytes()))
+    def check(data):
+        path.write_bytes(data)
+        summed_up(tmp_path)
+
+    for_long(check, 0.5)
+
+
+def test_a_table_of_other_columns_is_no_part(tmp_path, rows):
+    whole = pa.Table.from_pylist(rows, SCHEMA)
+    for number, field in enumerate(SCHEMA):
+        others = [whole.drop([field.name])]
+        for kind in (pa.string(), pa.int64(), pa.list_(pa.float64())):
+            if kind != field.type:
+                others.append(whole.set_column(number, field.name, pa.nulls(len(rows), kind)))
+        if not field.nullable:
+            others.append(
+                whole.set_column(number, pa.field(field.name, field.type), pa.nulls(len(rows), field.type))
+            )
+        for other in others:
+            written(tmp_path, other)
+            with pytest.raises(StoreError, match=f"(column|value of) {field.name}"):
+                list(parts.tables(FileStore(str(tmp_path))))
+
+
+def test_a_part_that_unpacks_without_bound_is_refused(tmp_path, rows, monkeypatch):
+    path = written(tmp_path, pa.Table.from_pylist([rows[0] | {"messages": "x" * (8 << 20)}], SCHEMA))
+    assert path.stat().st_size < 1 << 18
+    monkeypatch.setattr(parts, "LARGEST_PART", 1 << 20)
+    with pytest.raises(StoreError, match="unpacks to 8 MiB"):
+        exit_codes(FileStore(str(tmp_path)))
+    assert LARGEST_PART > MOST_BYTES
