@@ -271,6 +271,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--units", type=int, action="append", choices=SIZES, help="in a set; all by default")
     parser.add_argument("--draws", type=int, default=DRAWS, help="of each class in each flight and size")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--held-out", action="store_true", help="the flights alone that were held out")
     parser.add_argument("--failures", action="store_true", help="list what the model did not get right")
     parser.add_argument("--no-save", action="store_true")
     stated = parser.parse_args(arguments)
@@ -288,6 +289,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     store = learnt([flight for flight in flights[::2] if flight.duration < LONG])
     rows = []
     for number, flight in enumerate(track(flights, "flights", console=console)):
+        if stated.held_out and not number % 2:
+            continue
         runs = drawn(flight, number, bool(number % 2), options)
         for size in options["units"]:
             rows += judged([run for run in runs if len(run.numbers) == size], flight, store)
@@ -296,12 +299,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for title, held_out in (("looked at", False), ("held out", True))
     }
     for title, each in figures.items():
-        console.print(f"{title}, seed {stated.seed}")
-        show(each, console)
+        if each:
+            console.print(f"{title}, seed {stated.seed}")
+            show(each, console)
     if stated.failures:
         for line in _failures(rows):
             console.print(line, highlight=False)
-    if not stated.no_save and stated.flights is None and not stated.classes and stated.units is None:
+    is_whole = stated.flights is None and stated.units is None and not (stated.classes or stated.held_out)
+    if is_whole and not stated.no_save:
         save("flight_recorded", {**options, "figures": figures, "machine": machine()})
     return 0
 

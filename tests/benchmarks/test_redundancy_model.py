@@ -14,13 +14,18 @@ from benchmarks.flights.model.error import (
     ACCELEROMETER_SIGMA,
     GYROSCOPE_SIGMA,
     UNCALIBRATED,
+    Grade,
     Information,
     force_design,
     levers,
     nothing_known,
 )
 from benchmarks.flights.model.hypotheses import Vote
+from benchmarks.flights.model.limits import Limits
 from benchmarks.flights.model.monitor import flown
+from benchmarks.flights.model.output import fused
+from benchmarks.flights.model.rest import Rests
+from benchmarks.flights.model.statement import Statement
 from benchmarks.flights.model.vibration import of_set
 from benchmarks.flights.model.window import HOP, averaged, grid
 from benchmarks.flights.stored_errors import corrected, learnt, records
@@ -143,17 +148,17 @@ def test_the_delay_of_a_clock_is_found_within_a_millisecond(body):
     primary = samples_of(body, (0, 0, 0))
     for delay in (-0.098, -0.02, 0.0, 0.0331, 0.12):
         late = samples_of(body, (0.05, 0, 0), delay, seed=1)
-        found = late.time - synchronised(primary, late, 2.0).time
+        found = late.time - synchronised(primary, late, 2.0)[0].time
         assert found == pytest.approx(delay, abs=1e-3)
 
 
 def test_a_crystal_of_its_own_is_followed_and_a_jump_is_not(body):
     primary, late = samples_of(body, (0, 0, 0)), samples_of(body, (0.05, 0, 0), 0.01, seed=1)
     fast = replace(late, time=late.time * (1.0 + 2e-4))
-    left = synchronised(primary, fast, 2.0).time - late.time + 0.01
+    left = synchronised(primary, fast, 2.0)[0].time - late.time + 0.01
     assert np.abs(left[late.time > 20.0]).max() < 3e-3
     jumped = replace(late, time=late.time + np.where(late.time > 20.0, 0.1, 0.0))
-    found = (jumped.time - synchronised(primary, jumped, 2.0).time)[jumped.time > 30.0]
+    found = (jumped.time - synchronised(primary, jumped, 2.0)[0].time)[jumped.time > 30.0]
     assert found == pytest.approx(0.01, abs=5e-3)
 
 
@@ -216,6 +221,68 @@ def test_a_filter_explains_the_velocity_of_a_sound_unit_alone():
     sound, faulty = np.array(squares).T
     assert sound.max() < 3.0
     assert faulty[35:].sum() > 20.0 > sound[35:].sum()
+
+
+def test_the_fused_noise_is_the_bound_of_independent_units():
+    random = np.random.default_rng(9)
+    print("seed 9")
+    noise = np.array([0.2, 0.4, 0.1])
+    reading = noise[:, None] * random.standard_normal((4000, 3, 6))
+    errors = nothing_known(4000, 3, Grade(0.0, 0.0, 0.0, 0.0))
+    variances = np.broadcast_to(noise[:, None] ** 2, (4000, 3, 2))
+    motion, active = np.zeros((4000, 18)), np.ones((4000, 3), dtype=bool)
+    value, variance = fused(reading, motion, errors, variances, active)
+    bound = 1.0 / np.sum(noise**-2.0)
+    np.testing.assert_allclose(variance, bound, rtol=1e-12)
+    assert np.var(value) == pytest.approx(bound, rel=0.05)
+    active[:, 2] = False
+    assert np.var(fused(reading, motion, errors, variances, active)[0]) > 2.0 * bound
+
+
+def test_a_set_without_a_sound_unit_has_no_output():
+    errors = nothing_known(1, 2)
+    value, variance = fused(
+        np.ones((1, 2, 6)), np.zeros((1, 18)), errors, np.ones((1, 2, 2)), np.zeros((1, 2)) > 0
+    )
+    assert np.isnan(value).all()
+    assert np.isinf(variance).all()
+
+
+def test_statements_turn_readings_and_leave_out_saturated_ones():
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    true = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    time = np.arange(2.0)
+    said = Statement(turn, None, 6.0, 50.0).turned(Samples(time, time, true @ turn.T, true @ turn.T))
+    np.testing.assert_allclose(said.specific_force[0], true[0])
+    assert np.isnan(said.specific_force[1]).all()
+    np.testing.assert_allclose(said.angular_rate, true)
+
+
+def test_physics_at_rest_shows_the_unit_that_changed():
+    reading = np.tile(np.array([0.0, 0.0, STANDARD_GRAVITY, 0.0, 0.0, 0.0]), (120, 1, 2, 1))
+    reading[60:, 0, 1, 3] = 0.05
+    rests = Rests(reading, np.ones((120, 1, 2), dtype=bool), np.zeros((120, 1, 2, 6), dtype=int))
+    for step in range(60):
+        rests.take(step)
+    rests.learn(np.ones((1, 2), dtype=bool))
+    for step in range(60, 120):
+        rests.take(step)
+    sound, changed = rests.evidence()[0]
+    assert sound == pytest.approx(0.0, abs=1e-9)
+    assert changed > 10.0
+
+
+def test_a_primary_that_two_contradict_at_rest_is_out_of_limits():
+    errors = nothing_known(1, 3, Grade(0.0, 0.0, 0.0, 0.0))
+    errors.rate[0, 1:, 2, 3] = -0.15, -0.149
+    motion = np.zeros((1, 18))
+    for rest, expected in ((True, 0), (False, -1)):
+        limits = Limits(((0, 1), (0, 2), (1, 2)), 3, 1)
+        found = [
+            int(limits.found(errors, motion, np.ones((1, 3), dtype=bool), np.array([rest]))[0])
+            for _ in range(4)
+        ]
+        assert found == [-1, -1, expected, expected]
 
 
 def test_the_interval_of_wilson_is_that_of_the_literature():

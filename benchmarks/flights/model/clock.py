@@ -25,6 +25,10 @@ SMOOTHED = 10
 """Steps of a mean: clocks shift motion, and not vibration."""
 SIGNIFICANT = 0.003
 """s: sigma of a delay beyond which the motion was too little to find it."""
+SHARED = 0.5
+"""Largest part of the motion that a delay may leave."""
+UNKNOWN = 0.03
+"""s: sigma of a delay that no motion has shown."""
 INDEPENDENT = 0.3
 """Share of the samples of a mean that count as independent."""
 LEAST_SIGMA = 1e-3
@@ -35,11 +39,15 @@ CONTRADICTED = 4.0
 """Sigmas beyond which a span is left out."""
 
 
-def synchronised(primary: Samples, unit: Samples, start: float) -> Samples:
-    """Returns the samples of a unit with the stamps of the primary's clock, as known at each time."""
+def synchronised(primary: Samples, unit: Samples, start: float) -> tuple[Samples, FloatArray]:
+    """Returns the samples of a unit with the stamps of the primary's clock, as known at each time.
+
+    The second array (k, 2) are times and sigmas of the delay from each on, s.
+    """
     first = _delay(primary, unit, start, start + FIRST)
     if first is None:
-        first = 0.0, SIGNIFICANT
+        first = 0.0, UNKNOWN
+    known = [(start, max(first[1], LEAST_SIGMA))]
     state = np.array([first[0], 0.0])
     covariance = np.diag([max(first[1], LEAST_SIGMA) ** 2, CRYSTAL**2])
     at, delay = start + 0.5 * FIRST, np.full(len(unit.time), state[0])
@@ -60,9 +68,10 @@ def synchronised(primary: Samples, unit: Samples, start: float) -> Samples:
                 gain = covariance[:, 0] / variance
                 state = state + gain * innovation
                 covariance = covariance - np.outer(gain, covariance[0])
+        known.append((end, float(np.sqrt(covariance[0, 0]))))
         delay = np.where(unit.time >= end, state[0] + state[1] * (unit.time - at), delay)
         end += SPAN
-    return replace(unit, time=unit.time - delay)
+    return replace(unit, time=unit.time - delay), np.array(known)
 
 
 def _rates(samples: Samples, time: FloatArray) -> FloatArray:
@@ -86,7 +95,8 @@ def _delay(primary: Samples, unit: Samples, start: float, end: float) -> tuple[f
     tried = np.arange(-SOUGHT, SOUGHT + 0.5 * STEP, STEP)
     left = np.array([np.mean((_smooth(_rates(unit, time + each)) - wanted) ** 2) for each in tried])
     best = int(np.argmin(left))
-    if best in (0, len(tried) - 1):
+    # Without motion that both share there is nothing to shift.
+    if best in (0, len(tried) - 1) or left[best] > SHARED * np.mean(wanted**2):
         return None
     before, least, after = left[best - 1 : best + 2]
     curvature = (before - 2.0 * least + after) / STEP**2

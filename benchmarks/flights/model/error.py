@@ -41,8 +41,8 @@ class Grade:
     """m."""
 
 
-UNCALIBRATED = Grade(0.03, 0.03, 0.6, 0.12)
-"""Nothing stored: two parts of consumer grade, mounted by hand."""
+UNCALIBRATED = Grade(0.03, 0.042, 0.6, 0.12)
+"""Nothing stored: the difference of two parts of consumer grade, mounted by hand."""
 STORED = Grade(0.002, 0.002, 0.04, 0.01)
 """Added to the stored covariance: change from one flight to the next."""
 

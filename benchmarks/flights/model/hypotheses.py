@@ -79,7 +79,8 @@ class Own:
         self.scatter = np.stack([each.scatter for each in windows], axis=1)
         interval = np.stack([each.interval for each in windows])
         self.late_after = np.maximum(LATE, LATE_INTERVALS * interval)
-        self.usual = np.zeros(self.scatter.shape[1:])
+        self.kinds = np.zeros((2, *self.scatter.shape[1:]))
+        self.usual = self.kinds[0]
         self.most_repeated = np.zeros(self.repeated.shape[1:])
         self.noisy = np.zeros(self.scatter.shape[1:], dtype=int)
         self.shares = np.concatenate([np.zeros((1, *self.whole.shape[1:])), np.cumsum(self.whole, axis=0)])
@@ -87,8 +88,11 @@ class Own:
 
     def reasons(self, step: int, active: NDArray[np.bool_]) -> dict[str, NDArray[np.bool_]]:
         """Returns the units (b, n) that are at fault by each reason."""
+        silence = self.silence[step]
+        # A pause of all units is the platform's.
+        spoken = (silence < 0.5 * self.late_after).any(axis=1, keepdims=True)
         return {
-            "late": (self.silence[step] > self.late_after),
+            "late": (silence > self.late_after) & spoken,
             "frozen": self._frozen(step),
             "noisy": self._noisy(step, active),
             "lossy": self._lossy(step),
@@ -130,12 +134,26 @@ class Own:
         mean = (self.sums[step + 1] - self.sums[begins]) / (step + 1 - begins)[:, None, None, None]
         return self._over_usual(mean)
 
-    def learn(self, first: int, last: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
-        """Learns what is usual from the windows of a block, of units that are chosen (b, n)."""
+    def set_state(self, rest: NDArray[np.bool_]) -> None:
+        """Compares with the usual scatter at rest or in motion, of runs (b,), or with the known one."""
+        motion, still = self.kinds
+        at_rest = rest[:, None, None]
+        wanted = np.where(at_rest, still, motion)
+        self.usual = np.where(wanted > 0.0, wanted, motion + still)
+
+    def learn(
+        self, first: int, last: int, seconds: float, chosen: NDArray[np.bool_], rest: NDArray[np.bool_]
+    ) -> None:
+        """Learns the usual scatter from a block, of chosen units (b, n), at rest or not (b,)."""
+        for kind, those in enumerate((~rest, rest)):
+            self._learn(kind, first, last, seconds, chosen & those[:, None])
+
+    def _learn(self, kind: int, first: int, last: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
         count = self.shares[last] - self.shares[first]
         some = (chosen & (count > 0))[..., None]
+        usual = self.kinds[kind]
         mean = (self.sums[last] - self.sums[first]) / (last - first)
-        share = np.where(self.usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
-        self.usual += np.where(some, share * (mean - self.usual), 0.0)
+        share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
+        usual += np.where(some, share * (mean - usual), 0.0)
         longest = self.repeated[first:last].max(axis=0)
         self.most_repeated = np.where(some, np.maximum(self.most_repeated, longest), self.most_repeated)

@@ -15,20 +15,20 @@ from benchmarks.flights.model.error import (
     Errors,
     Information,
     levers,
-    nothing_known,
 )
 from benchmarks.flights.model.hypotheses import Own, Vote
+from benchmarks.flights.model.limits import Limits
+from benchmarks.flights.model.rest import Rests
+from benchmarks.flights.model.statement import Statement, first_errors
 from benchmarks.flights.model.test import SCALES, Comparison, PairTest, motion_of_set, paired
 from benchmarks.flights.model.vibration import Aliased, of_set
-from benchmarks.flights.model.window import HOP, UnitWindows, Windows, averaged, beside, grid
+from benchmarks.flights.model.window import BLOCK, HOP, UnitWindows, Windows, averaged, beside, grid
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import Samples
 from tumble.foundation.recording import FloatArray
 
 BEGINS = 2.0
 """s after which units are compared."""
-BLOCK = 20
-"""Windows of a block, that is learnt from when the next one has ended in agreement."""
 AGREEING = 0.6
 """Ratio within which all pairs must be in both blocks."""
 OTHER_RATE = 2
@@ -36,6 +36,8 @@ OTHER_RATE = 2
 RETURNS = 2.0
 """s without its own fault after which a unit counts again."""
 NO_UNIT = -1
+SOUND = 4.0
+"""Evidence at rest within which a unit is sound."""
 SETTLED = 10.0
 """s of agreement after which a dispute is over."""
 DWELL = 2
@@ -73,8 +75,12 @@ class Monitor:
         errors: Errors,
         begins: float = BEGINS,
         velocities: Velocities | None = None,
+        delayed: FloatArray | None = None,
     ) -> None:
-        """Takes windows of all runs, which share their times, stored errors, and aiding velocities."""
+        """Takes windows of all runs, which share their times, stored errors, and aiding velocities.
+
+        Sigmas of the delays of clocks, s, are (t, b, n); none where the clocks are one.
+        """
         self.time = windows[0].time
         self.begins = begins
         reading = np.stack([each.reading for each in windows], axis=1)
@@ -82,13 +88,20 @@ class Monitor:
         product = np.stack([each.product for each in windows], axis=1)
         self.whole = np.stack([each.is_whole for each in windows], axis=1)
         self.reading, self.motion = reading, motion_of_set(reading, change, product, self.whole)
-        self.test = PairTest(paired(reading, self.whole, self.motion))
+        interval = np.stack([each.interval for each in windows])
+        self.test = PairTest(paired(reading, self.whole, self.motion), self.motion, interval)
+        self.delayed = np.zeros(self.whole.shape) if delayed is None else delayed
+        self.rests = Rests(reading, self.whole, np.stack([each.repeated for each in windows], axis=1))
         self.runs, self.units = reading.shape[1:3]
         pairs = self.test.means.pairs
         self.vote = Vote(pairs, self.units, (len(SCALES), self.runs, len(pairs), 2))
         self.own = Own(windows)
         self.aliased = Aliased(reading, self.motion, self.whole)
-        self.errors = errors
+        self.errors = self.stored = errors
+        self.learnt = np.zeros(self.runs, dtype=bool)
+        self.limits = Limits(pairs, self.units, self.runs)
+        self.beyond = np.zeros((self.runs, self.units), dtype=bool)
+        self.agreed_since = np.zeros((self.runs, self.units))
         self.events: list[list[Event]] = [[] for _ in range(self.runs)]
         self.voted_out = np.zeros((self.runs, self.units), dtype=bool)
         self.own_until = np.full((self.runs, self.units), -np.inf)
@@ -107,13 +120,12 @@ class Monitor:
         """Goes through all windows."""
         for step in range(len(self.time)):
             self._step(step)
-        return [
-            Flown(
-                self.events[run],
-                Errors(*(getattr(self.errors, name)[[run]] for name in self.errors.__slots__)),
-            )
-            for run in range(self.runs)
-        ]
+        return [self._flown(run) for run in range(self.runs)]
+
+    def _flown(self, run: int) -> Flown:
+        """Returns a run; errors relative to a primary that is wrong are none of the secondaries."""
+        kept = self.stored if self.beyond[run, 0] else self.errors
+        return Flown(self.events[run], Errors(*(getattr(kept, name)[[run]] for name in Errors.__slots__)))
 
     def _block(self, first: int) -> _Block:
         return _Block(
@@ -128,22 +140,27 @@ class Monitor:
     def _step(self, step: int) -> None:
         now = float(self.time[step]) + HOP
         began = float(self.time[0])
+        self.rests.take(step)
+        self.own.set_state(self.rests.is_rest[step])
         self._look_at_own(step, now, began)
         active = self._active(now)
         samples, windows = self.own.ratio(step, SCALES), self.aliased.ratio(step)
         shaking = np.maximum(of_set(samples, active), of_set(windows, active))
-        comparison = self.test.compare(step, self.errors, shaking)
+        comparison = self.test.compare(step, self.errors, shaking, self.delayed[step])
         self.test.note(comparison)
         judged = active[:, self.test.first] & active[:, self.test.second]
         if now - began >= self.begins:
             self._vote(comparison, judged, active, now)
         if self.hypotheses is not None:
             self._aid(step, now, active)
+        if now - began >= self.begins:
+            self._look_at_rest(step, now)
+            self._reinstate(comparison, now)
         self._select(now)
-        self.begun.calm &= (
-            np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3)) < AGREEING
-        )
-        self.begun.active &= active & self.whole[step]
+        worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3))
+        # Before anything is learnt, an error within the threshold is a sound one.
+        self.begun.calm &= worst < np.where(self.learnt, AGREEING, 1.0)
+        self.begun.active &= active | self.beyond
         self._gather(step, active)
         if (step + 1) % BLOCK == 0:
             self._commit(step + 1)
@@ -181,6 +198,53 @@ class Monitor:
             unit = 0 if evidence[run] > 0.0 else 1
             self.voted_out[run, unit] = True
             self._name(run, unit, now, "aiding")
+
+    def _look_at_rest(self, step: int, now: float) -> None:
+        """Names one of two that disagree where physics finds the other sound, or turns a verdict."""
+        evidence = self.rests.evidence()
+        active = self._active(now)
+        disputed = ~np.isnan(self.disputed_since) & (active.sum(axis=1) == 2)
+        suspect = np.where(active, evidence, -np.inf)
+        shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest[step]
+        for run in np.nonzero(shown & disputed)[0]:
+            worst, other = np.argsort(-suspect[run])[:2]
+            if suspect[run, worst] - suspect[run, other] > DECIDED and suspect[run, other] < SOUND:
+                self.voted_out[run, worst] = True
+                self._name(run, worst, now, "rest")
+        for run in np.nonzero(shown & self.voted_out.any(axis=1))[0]:
+            out = np.where(self.voted_out[run], evidence[run], np.inf)
+            worst = int(np.argmax(suspect[run]))
+            if suspect[run, worst] > SOUND + DECIDED and out.min() < SOUND:
+                self.voted_out[run] = False
+                self.voted_out[run, worst] = True
+                self._name(run, worst, now, "rest")
+
+    def _reinstate(self, comparison: Comparison, now: float) -> None:
+        """Lets a unit count again that agreed with all others for a while."""
+        sound = self._active(now)
+        for unit in range(self.units):
+            others = sound.copy()
+            others[:, unit] = True
+            judged = others[:, self.test.first] & others[:, self.test.second]
+            judged &= (self.test.first == unit) | (self.test.second == unit)
+            worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3))
+            self.agreed_since[:, unit] = np.where(
+                (worst < AGREEING) & judged.any(axis=1), self.agreed_since[:, unit], now
+            )
+        back = self.voted_out & ~self.beyond & (now - self.agreed_since > SETTLED)
+        for run, unit in zip(*np.nonzero(back), strict=True):
+            self.events[run].append((now, int(unit), "healthy", {}))
+        self.voted_out &= ~back
+
+    def _hold_to_limits(self, end: int, calm: NDArray[np.bool_], rest: NDArray[np.bool_]) -> None:
+        """Names the unit whose error is no sound unit's, by those without it."""
+        active = self._active(float(self.time[end - 1]) + HOP)
+        motion = self.motion[end - BLOCK : end].mean(axis=0)
+        odd = self.limits.found(self.errors, motion, active & calm, rest)
+        for run in np.nonzero(odd >= 0)[0]:
+            self.voted_out[run, odd[run]] = True
+            self._name(run, odd[run], float(self.time[end - 1]) + HOP, "out of limits")
+            self.beyond[run, odd[run]] = True
 
     def _select(self, now: float) -> None:
         """Takes the first unit without a fault as the source."""
@@ -221,7 +285,8 @@ class Monitor:
 
     def _gather(self, step: int, active: NDArray[np.bool_]) -> None:
         """Adds windows to the information of the block."""
-        usable = self.whole[step] & active
+        # A unit with a large constant error still links the others to one another.
+        usable = self.whole[step] & (active | self.beyond)
         weight = (usable & usable[:, :1]).astype(float)
         if step % OTHER_RATE == 0:
             difference = self.reading[step, :, :, 3:] - self.reading[step, :, :1, 3:]
@@ -231,7 +296,7 @@ class Monitor:
             mean = self.motion[since].mean(axis=0)
             lever = levers(mean[:, 9:12], mean[:, 12:])
             reading = self.reading[since].mean(axis=0)
-            whole = (self.whole[since].all(axis=0) & active).astype(float)
+            whole = (self.whole[since].all(axis=0) & (active | self.beyond)).astype(float)
             difference = reading[..., :3] - reading[:, :1, :3] - self.errors.bilinear(lever)
             self.begun.information.add_force(mean[:, :3], lever, difference, whole * whole[:, :1])
 
@@ -242,11 +307,15 @@ class Monitor:
         seconds = BLOCK * HOP
         if (block := self.waiting) is not None:
             calm = (block.calm & done.calm)[:, None] & block.active & done.active
-            calm &= ~self.voted_out[:, :1]
+            calm &= ~self.voted_out[:, :1] | self.beyond[:, :1]
+            self.learnt |= calm.any(axis=1)
             self.errors = self.errors.walked(seconds).informed(block.information, calm.astype(float))
             pairs = calm[:, self.test.first] & calm[:, self.test.second]
-            self.test.learn(block.noise, block.last - block.first, seconds, pairs)
-            self.own.learn(block.first, block.last, seconds, calm)
+            self.test.learn(block.noise, seconds, pairs)
+            rest = self.rests.is_rest[block.first : block.last].all(axis=0)
+            self.own.learn(block.first, block.last, seconds, calm, rest)
+            self.rests.learn(calm)
+            self._hold_to_limits(end, calm, rest)
             self.aliased.learn(block.first, block.last, seconds, calm)
         self.waiting, self.begun = done, self._block(end)
 
@@ -256,18 +325,30 @@ def flown(
     errors: Errors | None = None,
     velocities: Velocities | None = None,
     *,
+    statements: Sequence[Statement] | None = None,
     find_delays: bool = True,
 ) -> list[Flown]:
     """Flies runs of equal length, of each the samples of all units, primary first; velocities aid two."""
     time = grid(runs[0])
     start = max(float(each.time[0]) for each in runs[0])
+    stated = [Statement() for _ in runs[0]] if statements is None else statements
+    if statements is not None:
+        runs = [[each.turned(unit) for each, unit in zip(stated, run, strict=True)] for run in runs]
     # Runs of one flight share the samples of all units but the faulty one, and so their windows.
     means: dict[tuple[int, int], UnitWindows] = {}
+    sigmas: dict[tuple[int, int], FloatArray] = {}
     for run in runs:
         for unit in run:
             if (pair := (id(run[0]), id(unit))) not in means:
-                known = unit if unit is run[0] or not find_delays else synchronised(run[0], unit, start)
+                known, steps = unit, np.array([[start, 0.0]])
+                if unit is not run[0] and find_delays:
+                    known, steps = synchronised(run[0], unit, start)
                 means[pair] = averaged(known, time)
+                index = np.searchsorted(steps[:, 0], time, side="right") - 1
+                sigmas[pair] = steps[np.maximum(index, 0), 1]
     windows = [beside([means[id(run[0]), id(unit)] for unit in run], time) for run in runs]
-    known_errors = nothing_known(len(runs), len(runs[0])) if errors is None else errors
-    return Monitor(windows, known_errors, FIRST if find_delays else BEGINS, velocities).fly()
+    delayed = np.stack(
+        [np.column_stack([sigmas[id(run[0]), id(unit)] for unit in run]) for run in runs], axis=1
+    )
+    known_errors = first_errors(stated, len(runs)) if errors is None else errors
+    return Monitor(windows, known_errors, FIRST if find_delays else BEGINS, velocities, delayed).fly()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flights.model.error import Errors, levers
+from benchmarks.flights.model.window import BLOCK, HOP
 from tumble.foundation.recording import FloatArray
 
 SCALES = (1, 2, 4, 10, 20, 40, 100)
@@ -17,6 +18,12 @@ LIMITS = (10.0, 9.0, 8.0, 7.0, 7.0, 7.0, 7.0)
 """Sigmas beyond which a pair disagrees, by scale."""
 DELAYED = 0.0085
 """s: the most that a delay may explain of a deviation along the derivative."""
+DELAYED_INTERVALS = 0.75
+"""Sample intervals that it may explain, where these are longer."""
+DELAYED_SIGMAS = 3.0
+"""Sigmas of an uncertain delay that it may explain."""
+BETWEEN = 0.25
+"""Share of the square of the interval times the second derivative that straight lines miss at most."""
 FLOOR = (0.03, 0.0035)
 """m/s^2 and rad/s that never count as a deviation."""
 NONLINEAR = (0.004, 0.003)
@@ -97,25 +104,29 @@ class Comparison:
     """(s, b, p, 2, 3) variance of the errors of both units along this motion."""
     ratio: FloatArray
     """(s, b, p, 2) sigmas of the deviation over the limit; 0 where the means are not usable."""
+    is_usable: NDArray[np.bool_]
+    """(s, b, p)."""
 
 
 class PairTest:
     """Pairs of units against the noise that each usually has."""
 
-    def __init__(self, means: PairMeans) -> None:
-        """Begins with the noise of `FIRST_NOISE`."""
-        self.means = means
+    def __init__(self, means: PairMeans, motion: FloatArray, interval: FloatArray) -> None:
+        """Begins with the noise of `FIRST_NOISE`; motion (t, b, 18), sample intervals (b, n) s."""
+        self.means, self.interval = means, interval
+        second = np.diff(motion[..., 6:12], axis=0, prepend=motion[:1, ..., 6:12]) / HOP
+        self.bends = np.concatenate([np.zeros((1, *second.shape[1:])), np.cumsum(second**2, axis=0)])
         self.first, self.second = (np.array(each) for each in zip(*means.pairs, strict=True))
         _, runs, pairs, _ = means.sums.shape
         scale = np.array(SCALES)[:, None, None, None, None]
         self.least = (np.array(LEAST_NOISE)[:, None] ** 2) / scale
         shape = (len(SCALES), runs, pairs, 2, 3)
         self.noise = np.broadcast_to((np.array(FIRST_NOISE)[:, None] ** 2) / scale, shape).copy()
-        self.blocks = np.ones((runs, pairs))
-        self._sums = np.zeros((3, *shape))
+        self.blocks = np.ones(shape)
+        self._sums = np.zeros((4, *shape))
 
-    def compare(self, step: int, errors: Errors, shaking: FloatArray) -> Comparison:
-        """Compares all pairs after a window; vibration over its usual (s, b, 2)."""
+    def compare(self, step: int, errors: Errors, shaking: FloatArray, delayed: FloatArray) -> Comparison:
+        """Compares all pairs; vibration over its usual (s, b, 2), sigmas of delays (b, n) s."""
         usable, mean = self.means.over(step)
         difference, reading, change, product = (
             mean[..., :6],
@@ -127,16 +138,21 @@ class PairTest:
         explained = [self._explained(errors, which, reading, lever) for which in (self.first, self.second)]
         raw = difference - (explained[0] - explained[1])
         deviation = np.stack([raw[..., :3], raw[..., 3:]], axis=-2)
-        deviation = _without_delay(deviation, np.stack([change[..., :3], change[..., 3:]], axis=-2))
+        largest = np.maximum(DELAYED, DELAYED_INTERVALS * self.interval)
+        largest = np.maximum(largest, DELAYED_SIGMAS * delayed)
+        largest = np.maximum(largest[:, self.first], largest[:, self.second])[:, :, None, None]
+        changes = np.stack([change[..., :3], change[..., 3:]], axis=-2)
+        deviation = _without_delay(deviation, changes, largest)
         uncertainty = self._uncertainty(errors, self.means.motion_over(step))
         slow = np.stack([reading[..., :3] - reading[-1:, ..., :3], reading[..., 3:]], axis=-2)
         left = (np.array(NONLINEAR)[:, None] ** 2) * np.sum(slow**2, axis=-1, keepdims=True)
         limits = np.array(LIMITS)[:, None, None, None, None]
         floor = (np.array(FLOOR)[:, None] / limits) ** 2
         noise = self.noise * np.maximum(shaking, 1.0)[:, :, None, :, None]
-        squares = np.sum(deviation**2 / (noise + floor + uncertainty + left), axis=-1)
+        curved = self._curved(step)
+        squares = np.sum(deviation**2 / (noise + floor + uncertainty + left + curved), axis=-1)
         ratio = np.where(usable[..., None], np.sqrt(squares) / limits[..., 0], 0.0)
-        return Comparison(deviation, uncertainty, ratio)
+        return Comparison(deviation, uncertainty, ratio, usable)
 
     def _explained(
         self, errors: Errors, which: FloatArray, reading: FloatArray, lever: FloatArray
@@ -156,23 +172,34 @@ class PairTest:
         each = np.stack([force, rate], axis=-2)
         return np.asarray(each[:, :, self.first] + each[:, :, self.second])
 
+    def _curved(self, step: int) -> FloatArray:
+        """Variance (s, b, p, 2, 3) of motion between samples, which no straight line follows."""
+        begins = np.array([max(step + 1 - scale, 0) for scale in SCALES])
+        mean = (self.bends[step + 1] - self.bends[begins]) / (step + 1 - begins)[:, None, None]
+        each = BETWEEN * (self.interval[:, self.first] ** 2 + self.interval[:, self.second] ** 2)
+        windows = np.array(SCALES)[:, None, None]
+        variance = (mean / windows)[:, :, None] * each[None, :, :, None] ** 2
+        return np.asarray(variance.reshape(*variance.shape[:-1], 2, 3))
+
     def note(self, comparison: Comparison) -> None:
         """Adds a comparison to the block."""
         clipped = np.minimum(comparison.deviation**2, CLIPPED * (self.noise + comparison.uncertainty))
-        self._sums[0] += clipped
-        self._sums[1] += comparison.deviation
-        self._sums[2] += comparison.uncertainty
+        usable = comparison.is_usable[..., None, None]
+        self._sums[0] += np.where(usable, clipped, 0.0)
+        self._sums[1] += np.where(usable, comparison.deviation, 0.0)
+        self._sums[2] += np.where(usable, comparison.uncertainty, 0.0)
+        self._sums[3] += usable
 
-    def learn(self, sums: FloatArray, windows: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
+    def learn(self, sums: FloatArray, seconds: float, chosen: NDArray[np.bool_]) -> None:
         """Moves the usual noise towards that of a block, of the runs and pairs that are chosen (b, p)."""
-        square, mean, uncertainty = sums / windows
+        square, mean, uncertainty = sums[:3] / np.maximum(sums[3], 1.0)
         short = (np.array(SCALES) <= DIFFERENCED)[:, None, None, None, None]
         target = np.maximum(square - np.where(short, mean**2, uncertainty), self.least)
         rate = np.where(target > self.noise, seconds / LEARNT_SECONDS[0], seconds / LEARNT_SECONDS[1])
-        # The first blocks are averaged: what is known before them is one block's worth.
-        self.blocks += chosen
-        rate = np.maximum(rate, 1.0 / self.blocks[None, :, :, None, None])
-        some = chosen[None, :, :, None, None]
+        some = chosen[None, :, :, None, None] & (sums[3] > 0.5 * BLOCK)
+        # The first blocks are averaged: before them no more is known than one block would show.
+        self.blocks += some
+        rate = np.maximum(rate, 1.0 / self.blocks)
         self.noise += np.where(some, rate * (target - self.noise), 0.0)
 
     def taken(self) -> FloatArray:
@@ -181,9 +208,9 @@ class PairTest:
         return sums
 
 
-def _without_delay(deviation: FloatArray, change: FloatArray) -> FloatArray:
-    """Takes off what a delay of either sign explains: along the derivative of the set (..., 3)."""
+def _without_delay(deviation: FloatArray, change: FloatArray, largest: FloatArray) -> FloatArray:
+    """Subtracts what a delay, s, of either sign explains: along the derivative (..., 3) of the set."""
     size = np.linalg.norm(change, axis=-1, keepdims=True)
     along = change / np.maximum(size, 1e-12)
     part = np.sum(deviation * along, axis=-1, keepdims=True)
-    return np.asarray(deviation - np.clip(part, -DELAYED * size, DELAYED * size) * along)
+    return np.asarray(deviation - np.clip(part, -largest * size, largest * size) * along)

@@ -14,6 +14,8 @@ from tumble.foundation.recording import FloatArray
 
 HOP = 0.05
 """s from one window to the next, and half the width of a triangle."""
+BLOCK = 20
+"""Windows of a block, which is learnt from once the next one has ended in agreement."""
 ENDS = 0.5
 """s by which logs end apart."""
 LONGEST = 1.6
