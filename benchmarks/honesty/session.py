@@ -1,0 +1,201 @@
+"""Sessions as users have them: a motion, units with errors, a file each, and the words that are typed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.honesty.motion import (
+    FloatArray,
+    Motion,
+    Segment,
+    attitude_after,
+    attitude_with_up,
+    moved,
+    turned_by,
+    visits,
+)
+
+FACES = np.array([[0, 0, 1], [1, 0, 0], [0, 0, -1], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
+"""(6, 3) directions that point up, each a quarter of a turn from the one before."""
+TURN_RATE = 1.0
+"""rad/s, mean of a turn."""
+LIKE_THE_LAST = np.radians(30.0)
+"""rad between two orientations that a hand takes for different ones."""
+
+
+@dataclass
+class Unit:
+    """An inertial sensor: y = M u + b + noise, and what makes it depart from that."""
+
+    name: str
+    matrix: dict[str, FloatArray]
+    """(3, 3) M of each triad."""
+    bias: dict[str, FloatArray]
+    """(3,) m/s^2 and rad/s."""
+    noise: dict[str, float]
+    """Standard deviation of a sample."""
+    sees: list[Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]] = field(
+        default_factory=list
+    )
+    """Changes of the force and rate that reach the sensor, (n, 3) each."""
+    reads: list[Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]] = field(
+        default_factory=list
+    )
+    """Changes of what it reads, (n, 3) each."""
+    stamps: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
+    """Changes of its time stamps, (n,) s."""
+    rows: list[Callable[[list[str]], list[str]]] = field(default_factory=list)
+    """Changes of the lines of its file, without the head."""
+    head: str = "time,ax,ay,az,gx,gy,gz"
+    decimals: tuple[int, int] = (9, 9)
+    """Of forces and rates in the file."""
+    scale: tuple[float, float] = (1.0, 1.0)
+    """Unit of the file over m/s^2 and rad/s."""
+    drift: dict[str, FloatArray] = field(default_factory=dict)
+    """(3,) mean of what imperfections add to the bias, which is part of the truth."""
+
+    def true_bias(self, triad: str) -> FloatArray:
+        """(3,) bias, as a mean over the recording."""
+        return self.bias[triad] + self.drift.get(triad, np.zeros(3))
+
+
+@dataclass
+class Session:
+    """One session of a procedure."""
+
+    procedure: str
+    rng: np.random.Generator
+    segments: list[Segment]
+    start: FloatArray
+    """(3, 3) world from body at the begin."""
+    units: list[Unit]
+    rate_hz: float = 100.0
+    words: list[str] = field(default_factory=list)
+    """Options that are typed."""
+    lever_arm: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """(3,) m from the axis of the robot to the sensor, in body axes."""
+    plans: list[Callable[[list[Segment]], list[Segment]]] = field(default_factory=list)
+    """Changes of what the person does."""
+
+    def write(self, folder: Path) -> list[str]:
+        """Writes the files; returns the command as it is typed."""
+        segments = self.segments
+        for plan in self.plans:
+            segments = plan(segments)
+        motion = moved(segments, self.start, self.rate_hz)
+        force = motion.force + np.cross(motion.acceleration, self.lever_arm)
+        force += np.cross(motion.rate, np.cross(motion.rate, self.lever_arm))
+        paths = []
+        for unit in self.units:
+            path = folder / f"{unit.name}.csv"
+            path.write_text(_text(unit, motion, force, self.rng))
+            paths.append(str(path))
+        return [self.procedure, *paths, *self.words, "-o", str(folder / "out")]
+
+
+def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generator) -> str:
+    seen = force.copy(), motion.rate.copy()
+    for change in unit.sees:
+        seen = change(motion, *seen)
+    read = tuple(
+        seen[k] @ unit.matrix[triad].T + unit.bias[triad] + rng.normal(0.0, unit.noise[triad], seen[k].shape)
+        for k, triad in enumerate(("accelerometer", "gyroscope"))
+    )
+    for change in unit.reads:
+        read = change(motion, *read)
+    time = motion.time.copy()
+    for stamp in unit.stamps:
+        time = stamp(time)
+    figures = [f"%.{places}f" for places in unit.decimals for _ in range(3)]
+    values = np.column_stack([unit.scale[0] * read[0], unit.scale[1] * read[1]])
+    form = ",".join(["%.6f", *figures])
+    rows = [form % tuple(row) for row in np.column_stack([time, values])]
+    for change_rows in unit.rows:
+        rows = change_rows(rows)
+    return "\n".join([unit.head, *rows, ""])
+
+
+def drawn_unit(name: str, rng: np.random.Generator, grade: float = 1.0) -> Unit:
+    """A unit of a consumer's grade, or of a share of its errors."""
+
+    def matrix(scale: float, angle: float) -> FloatArray:
+        return np.eye(3) + np.diag(rng.normal(0.0, scale, 3)) + rng.normal(0.0, angle, (3, 3))
+
+    return Unit(
+        name,
+        {
+            "accelerometer": matrix(0.01 * grade, np.radians(0.3) * grade),
+            "gyroscope": matrix(0.01 * grade, np.radians(0.3) * grade),
+        },
+        {"accelerometer": rng.normal(0.0, 0.2 * grade, 3), "gyroscope": rng.normal(0.0, 0.02 * grade, 3)},
+        {
+            "accelerometer": 0.02 * float(rng.uniform(0.5, 2.0)),
+            "gyroscope": 0.002 * float(rng.uniform(0.5, 2.0)),
+        },
+    )
+
+
+def by_hand(rng: np.random.Generator) -> Session:
+    """A unit held still in eighteen orientations."""
+    ups: list[FloatArray] = []
+    while len(ups) < 18:
+        up = rng.normal(size=3)
+        up /= np.linalg.norm(up)
+        if not ups or abs(up @ ups[-1]) < np.cos(LIKE_THE_LAST):
+            ups.append(up)
+    attitudes = [attitude_with_up(ups[0], float(rng.uniform(0.0, 2.0 * np.pi)))]
+    for up in ups[1:]:
+        attitudes.append(attitude_after(attitudes[-1], up, float(rng.uniform(-0.5, 0.5))))
+    segments = visits(attitudes, float(rng.uniform(3.0, 5.0)), TURN_RATE)
+    return Session("multipose", rng, segments, attitudes[0], [drawn_unit("imu", rng)])
+
+
+def on_table(rng: np.random.Generator) -> Session:
+    """A target beside a reference on a table that shows six faces, twice."""
+    attitudes = [attitude_with_up(FACES[0], 0.0)]
+    for up in [*FACES[1:], *FACES]:
+        attitudes.append(_tipped(attitude_after(attitudes[-1], up, 0.0), rng, np.radians(0.02)))
+    segments = visits(attitudes, float(rng.uniform(4.0, 6.0)), TURN_RATE)
+    reference = drawn_unit("reference", rng, grade=0.0)
+    reference.bias = {"accelerometer": rng.normal(0.0, 1e-3, 3), "gyroscope": rng.normal(0.0, 1e-5, 3)}
+    reference.noise = {"accelerometer": 0.002, "gyroscope": 0.0002}
+    return Session("turntable", rng, segments, attitudes[0], [reference, drawn_unit("target", rng)])
+
+
+def _tipped(attitude: FloatArray, rng: np.random.Generator, sigma: float) -> FloatArray:
+    tipped: FloatArray = attitude @ turned_by(rng.normal(0.0, sigma, 3), np.ones(1))[0]
+    return tipped
+
+
+def on_the_spot(rng: np.random.Generator) -> Session:
+    """A robot that stands, turns three times each way on a tilted floor, and stands again."""
+    up = np.array([*rng.normal(0.0, np.radians(2.0), 2), 1.0])
+    up /= np.linalg.norm(up)
+    floor = _tipped(np.eye(3), rng, np.radians(0.7))
+    mounted = attitude_with_up(up, float(rng.uniform(0.0, 2.0 * np.pi)))
+    start = floor @ mounted
+    turns = float(rng.uniform(2.0, 3.0)) * 2.0 * np.pi
+    seconds = turns / TURN_RATE
+    # The axis of the robot is that of the floor, in body axes; a turn is made of halves of less than pi.
+    axis = mounted.T @ np.array([0.0, 0.0, 1.0])
+    segments = [Segment(6.0, np.zeros(3), 0)]
+    for sign in (1.0, -1.0):
+        segments += [Segment(seconds, sign * turns * axis, -1), Segment(3.0, np.zeros(3), len(segments))]
+    unit = drawn_unit("imu", rng, grade=1.0)
+    # Without equipment before it, its scale and angles are within what the procedure assumes.
+    unit.matrix = {triad: np.eye(3) for triad in unit.matrix}
+    session = Session("spin", rng, segments, start, [unit])
+    session.lever_arm = np.array([*rng.normal(0.0, 0.05, 2), 0.0])
+    return session
+
+
+SESSIONS: dict[str, Callable[[np.random.Generator], Session]] = {
+    "multipose": by_hand,
+    "turntable": on_table,
+    "spin": on_the_spot,
+}
+"""Session of each procedure without imperfection."""

@@ -1,0 +1,96 @@
+"""The adversary of the procedures: its simulator, its catalogue and its law."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.honesty.catalogue import CATALOGUE
+from benchmarks.honesty.draw import draw
+from benchmarks.honesty.law import Judgement
+from benchmarks.honesty.motion import attitude_after, attitude_with_up, moved, rotation_vector, visits
+from benchmarks.honesty.session import SESSIONS
+from benchmarks.honesty.summary import summary
+
+PLAIN = Judgement(1, "spin", (), (), 0, 1.0, "accelerometer bias x", 6, 6, True)
+
+
+def test_rates_are_the_derivative_of_the_attitude():
+    rng = np.random.default_rng(4)
+    attitudes = [attitude_with_up(rng.normal(size=3), 0.3)]
+    for _ in range(3):
+        up = rng.normal(size=3)
+        attitudes.append(attitude_after(attitudes[-1], up / np.linalg.norm(up), 0.2))
+    motion = moved(visits(attitudes, 1.0, 1.0), attitudes[0], 1000.0)
+    between = motion.attitude[:-1].transpose(0, 2, 1) @ motion.attitude[1:]
+    turned = 1000.0 * np.array([rotation_vector(each) for each in between])
+    assert np.abs(turned - 0.5 * (motion.rate[1:] + motion.rate[:-1])).max() < 1e-4
+    assert np.abs(1000.0 * np.diff(motion.rate, axis=0) - motion.acceleration[:-1]).max() < 0.05
+    for number, attitude in enumerate(attitudes):
+        assert np.abs(motion.attitude[motion.pose == number] - attitude).max() < 1e-9
+
+
+def test_rows_of_the_catalogue_differ_and_say_what_names_them():
+    assert len({row.name for row in CATALOGUE}) == len(CATALOGUE)
+    for row in CATALOGUE:
+        assert 0.0 < row.low < row.high
+        assert set(row.procedures) <= set(SESSIONS)
+        assert row.seen
+        re.compile(row.says)
+
+
+@pytest.mark.parametrize("procedure", SESSIONS)
+def test_every_imperfection_changes_the_files_of_a_session(procedure, tmp_path):
+    def written(row=None, size=0.0):
+        rng = np.random.default_rng(8)
+        session = SESSIONS[procedure](rng)
+        if row is not None:
+            row.put(session, size)
+        words = session.write(tmp_path)
+        return words, [path.read_text() for path in sorted(tmp_path.glob("*.csv"))]
+
+    as_it_is = written()
+    for row in CATALOGUE:
+        if procedure in row.procedures:
+            assert any(written(row, size) != as_it_is for size in (row.low, row.high)), row.name
+
+
+@pytest.mark.parametrize("procedure", SESSIONS)
+def test_without_an_imperfection_intervals_hold(procedure):
+    rng = np.random.SeedSequence().generate_state(2)
+    for seed in map(int, rng):
+        print(f"seed {seed}")
+        found = draw(procedure, seed, only=("none",))
+        assert (found.code, found.rows) == (0, ())
+        assert found.stated >= 6
+        assert found.worst < 5.0, found
+
+
+def test_a_draw_is_a_function_of_its_seed():
+    assert draw("spin", 3, pair=True) == draw("spin", 3, pair=True)
+    assert draw("spin", 3) != draw("spin", 4)
+
+
+def test_a_wrong_number_is_silent_only_with_the_exit_code_of_success():
+    wrong = replace(PLAIN, worst=5.1)
+    assert wrong.is_silent_wrong
+    assert not replace(wrong, code=3).is_silent_wrong
+    assert not PLAIN.is_silent_wrong
+    assert replace(PLAIN, code=3).is_refused_in_vain
+    assert not replace(wrong, code=3).is_refused_in_vain
+    assert Judgement.of(wrong.record()) == wrong
+
+
+def test_a_summary_states_where_a_fault_matters_and_is_named():
+    drawn = [
+        replace(PLAIN, seed=number, rows=("spikes",), sizes=(size,), worst=worst, code=code, named=named)
+        for number, (size, worst, code, named) in enumerate(
+            [(0.2, 1.0, 0, False), (2.0, 7.0, 0, False), (5.0, 9.0, 3, True), (9.0, 1.0, 3, True)]
+        )
+    ]
+    found = summary([PLAIN, *drawn])
+    assert (found["silent"], found["silent_seeds"], found["refused_in_vain"]) == (1, [1], 1)
+    [row] = found["rows"]
+    assert (row["matters"], row["named"], row["first_wrong"], row["first_named"]) == (3, 2, 2.0, 5.0)
