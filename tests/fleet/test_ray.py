@@ -15,6 +15,7 @@ import fleet_functions
 from fleet_jobs import Gate, function_job, run_job, values_of
 from s3_servers import s3_server
 from tumble.fleet.ray_engine import RayEngine
+from tumble.fleet.ray_messages import LISTENER, RayMessages
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parent.parent.parent
@@ -54,7 +55,19 @@ def test_commands_of_the_how_to_run_on_two_nodes_with_s3(cluster, tmp_path, monk
     assert (status["verdict"], status["done"], status["engine"]) == ("done", 2, "ray")
 
 
-def test_removed_node_loses_and_doubles_nothing(cluster, tmp_path):
+def test_ray_prints_nothing_among_the_output_of_a_command(capsys):
+    messages = RayMessages()
+    printing = threading.Thread(target=print, args=("(raylet) The node went",), name=LISTENER)
+    printing.start()
+    printing.join()
+    print("{}")
+    with messages.dropped_here():
+        print("(raylet) The node went")
+    messages.close()
+    assert capsys.readouterr().out == "{}\n"
+
+
+def test_removed_node_loses_and_doubles_nothing(cluster, tmp_path, capsys):
     nodes, second = cluster
     gate = Gate(tmp_path)
     job = function_job(tmp_path / "results", "held", seeds=(0, 150), options={"folder": str(tmp_path)})
@@ -71,3 +84,4 @@ def test_removed_node_loses_and_doubles_nothing(cluster, tmp_path):
     assert (status.done, status.failed) == (150, 0)
     expected = [json.dumps(fleet_functions.squared(seed), sort_keys=True) for seed in range(150)]
     assert values_of(job) == sorted(expected)
+    assert capsys.readouterr().out == ""

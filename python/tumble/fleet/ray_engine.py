@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from tumble.fleet.engine import Finished, WorkerLostError
+from tumble.fleet.ray_messages import RayMessages
 from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import CommandError, TumbleError, shown
 from tumble.logs.optional import install_command
@@ -30,6 +31,7 @@ class RayEngine:
         self._is_ours = not self._ray.is_initialized()
         if self._is_ours:
             self._begin(address, jobs)
+        self._messages = RayMessages()
         self._remote = self._ray.remote(max_retries=0, num_cpus=1)(run_task)
         self._busy: dict[Any, tuple[int, FleetTask]] = {}
         self._next = 0
@@ -81,7 +83,9 @@ class RayEngine:
             self._ray.cancel(reference, force=True)
         self._busy.clear()
         if self._is_ours:
-            self._ray.shutdown()
+            with self._messages.dropped_here():
+                self._ray.shutdown()
+        self._messages.close()
 
 
 def _imported() -> Any:  # noqa: ANN401 - a module has no type of its own
