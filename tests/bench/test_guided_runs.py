@@ -15,6 +15,9 @@ from screens import differences
 from tumble.procedures.redundancy.command_files import event_lines
 from tumble.procedures.redundancy.settings import RedundancySettings
 
+pytestmark = pytest.mark.random_order(disabled=True)
+"""Each test goes on where the one before it ended."""
+
 FAST = ("--speed", "4", "--rate", "50")
 """Simulated bench on which a run takes seconds."""
 PATIENT = "late=3"
