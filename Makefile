@@ -114,6 +114,8 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
 	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --timeout 0
+	$(BIN)/python -m benchmarks.honesty
+	$(BIN)/python -m benchmarks.honesty --pair
 	$(BIN)/python -m benchmarks.redundancy_adoptions
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	$(BIN)/python -m benchmarks.redundancy_precision

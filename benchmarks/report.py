@@ -21,6 +21,7 @@ from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
 from benchmarks.footprint import FLASH_GOALS, MEMORY_GOALS, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
+from benchmarks.honesty.table import honesty
 from benchmarks.integrity import integrity
 from benchmarks.multipose import IMU_TK
 from benchmarks.redundancy_figures import IN_HEALTH, flown
@@ -1259,6 +1260,8 @@ def compare(content: Content) -> Iterator[str]:
 
 
 TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
+    "honesty": honesty,
+    "honesty_pairs": honesty,
     "accuracy": accuracy,
     "disturbed": disturbed,
     "stamps": stamps,

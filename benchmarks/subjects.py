@@ -19,6 +19,12 @@ class Subject:
 
 SUBJECTS = (
     Subject(
+        "honesty",
+        "Honesty",
+        "silent wrong numbers over sessions with drawn imperfections",
+        ("honesty", "honesty_pairs"),
+    ),
+    Subject(
         "turntable",
         "Turntable",
         "error and coverage, shaking, gaps, late stamps, truths, constant rates",
