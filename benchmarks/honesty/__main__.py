@@ -38,7 +38,7 @@ def campaign(procedure: str, seeds: range, pair: bool, jobs: int, console: Conso
 
 
 def main(words: list[str]) -> int:
-    """Runs a campaign, prints and saves its table; 1 where a number is wrong and no word says so."""
+    """Runs a campaign, prints and saves its table; 1 where a number is wrong and no word states it."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.honesty", description=str(__doc__).splitlines()[0]
     )

@@ -26,7 +26,7 @@ PAIRS = ((0, 1), (1, 2), (2, 0))
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a command stated, held against the truth."""
+    """Statements of a command, held against the truth."""
 
     seed: int
     procedure: str

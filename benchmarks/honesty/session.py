@@ -52,7 +52,7 @@ class Unit:
     """Changes of the lines of its file, without the head."""
     head: str = "time,ax,ay,az,gx,gy,gz"
     decimals: tuple[int, int] = (9, 9)
-    """Of forces and rates in the file."""
+    """Decimals of forces and rates in the file."""
     scale: tuple[float, float] = (1.0, 1.0)
     """Unit of the file over m/s^2 and rad/s."""
     drift: dict[str, FloatArray] = field(default_factory=dict)
