@@ -9,7 +9,9 @@ import struct
 import tempfile
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import lz4.frame
@@ -19,9 +21,10 @@ from rosbags.rosbag2 import storage_mcap
 
 from hostile import read_or_refuse
 from hostile_places import patient
+from log_fixtures import made_up, write_text
 from tumble.foundation.errors import LogError
 from tumble.foundation.units import CHANNELS
-from tumble.logs import list_imus, npy
+from tumble.logs import csv, formats, list_imus, npy
 from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
 from tumble.logs.columns import find_imus
 from tumble.logs.options import ReadOptions
@@ -216,3 +219,17 @@ def test_many_imus_of_a_table_are_found_in_time():
             [f"i{number}_{channel}" for number in range(4000) for channel in CHANNELS], "log.csv"
         )
     assert len(found) == 4000
+
+
+def test_damage_behind_the_beginning_of_any_log_is_one_line(tmp_path, monkeypatch):
+    path = write_text(tmp_path / "log.csv", made_up(200), header="time,ax,ay,az,gx,gy,gz")
+    log = csv.open_logged_imu(path, None, ReadOptions())
+
+    def read(transform):
+        yield next(log.read(transform))
+        raise IndexError("what a library trips over")
+
+    reader = SimpleNamespace(open_logged_imu=lambda *_: replace(log, read=read))
+    monkeypatch.setattr(formats, "_reader_for", lambda _: reader)
+    with pytest.raises(LogError, match=r"is damaged or cut short \(what a library trips over\)"):
+        list(formats.open_logged_imu(path, None, ReadOptions()).read(lambda samples: samples))

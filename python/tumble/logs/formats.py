@@ -6,7 +6,8 @@ A reader, and the library it is made with, is imported when a file needs it.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol, cast
 
@@ -18,7 +19,7 @@ from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 from tumble.logs.text_file import open_text
-from tumble.logs.track import LoggedImu
+from tumble.logs.track import LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, Transform
 
 HEAD_BYTES = 4096
 """Number of bytes of a file by which its reader is found."""
@@ -85,7 +86,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """Opens a file, or a bag folder, with the reader it needs."""
     reader = _reader_for(path)
     with damage_said(path, COPY_OR_SAVE):
-        return reader.open_logged_imu(path, imu, options)
+        return _with_damage_said(reader.open_logged_imu(path, imu, options))
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -93,6 +94,31 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     reader = _reader_for(path)
     with damage_said(path, COPY_OR_SAVE):
         return reader.list_imus(path, options)
+
+
+def _with_damage_said(log: LoggedImu) -> LoggedImu:
+    """Returns an IMU whose samples are read within `damage_said`, too: damage stands anywhere in a file."""
+    read, magnetometer = log.read, log.magnetometer
+
+    def samples(transform: Transform) -> Iterator[RawSamples]:
+        with damage_said(log.path, COPY_OR_SAVE):
+            yield from read(transform)
+
+    def head() -> RawSamples:
+        with damage_said(log.path, COPY_OR_SAVE):
+            return log.head()
+
+    return replace(
+        log, read=samples, head=head, magnetometer=magnetometer and _with_its_damage_said(log, magnetometer)
+    )
+
+
+def _with_its_damage_said(log: LoggedImu, magnetometer: LoggedMagnetometer) -> LoggedMagnetometer:
+    def readings() -> RawMagnetic:
+        with damage_said(log.path, COPY_OR_SAVE):
+            return magnetometer.read()
+
+    return replace(magnetometer, read=readings)
 
 
 def _reader_for(path: Path) -> Reader:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -21,6 +22,9 @@ BACKEND = "@py"
 """pyvisa-py, which needs no library of a maker."""
 MOST_STALE = 4
 """Answers to earlier questions that may come before that to a stop."""
+LONGEST_REPLY = 4096
+"""Bytes."""
+_CHECK_LINE = "check the rate of the line, its end of a reply in the profile, and the address"
 UNTRIED = "this profile is untested on hardware: begin slowly, a hand on the emergency stop"
 
 
@@ -141,7 +145,10 @@ class TextRateTable:
                 raise TableError(
                     f"{self.name}: replied {reply!r} to {query.send!r}, expected {query.reply!r}"
                 )
-            angles.append(float(found["angle"]) * factor)
+            angle = float(found["angle"]) * factor
+            if not math.isfinite(angle):
+                raise TableError(f"{self.name}: replied {reply[:40]!r} to {query.send!r}, which is no angle")
+            angles.append(angle)
         # A table that is asked once for all its axes answers for all of them.
         known: FloatArray = np.broadcast_to(np.array(angles), (len(self.axes),)).copy()
         return known
@@ -210,6 +217,8 @@ class TextRateTable:
         """Converts errors of a line of text to one line."""
         try:
             yield
+        except TableError:
+            raise
         except Exception as error:
             if "TMO" in str(error) or "timeout" in str(error).lower():
                 raise TableError(
@@ -221,8 +230,17 @@ class TextRateTable:
     def _read(self) -> str:
         line = self._profile.line
         end = line.prompt or line.read_end
-        raw: bytes = self._line.read_raw()
+        raw = self._bytes_until(end[-1].encode("ascii"))
         return raw.decode("ascii", errors="replace").strip().removesuffix(end.strip()).strip()
+
+    def _bytes_until(self, last: bytes) -> bytes:
+        """Reads byte by byte: PyVISA reads on as long as anything comes, as of a line at another rate."""
+        until, reply = clock.now() + self._profile.line.timeout, bytearray()
+        while not reply.endswith(last):
+            if len(reply) >= LONGEST_REPLY or (reply and clock.now() > until):
+                raise TableError(f"{self.name}: sends {len(reply)} bytes without an end; {_CHECK_LINE}")
+            reply += self._line.read_bytes(1)
+        return bytes(reply)
 
     def _settings(self, pyvisa: Any) -> dict[str, Any]:  # noqa: ANN401 - a module has no type of its own
         line, kinds = self._profile.line, pyvisa.constants
