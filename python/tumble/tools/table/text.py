@@ -57,6 +57,8 @@ class TextRateTable:
         self._profile = profile
         self._manager: Any = None
         self._line: Any = None
+        self._as_many_as_asked: Any = None
+        """Status of a read of which PyVISA warns."""
         self._rates = np.zeros(len(self.axes))
         self._at_speed = 0.0
         """s of `clock.now()` when a rate is reached, where the table cannot be asked."""
@@ -67,6 +69,7 @@ class TextRateTable:
         try:
             self._manager = pyvisa.ResourceManager(BACKEND)
             self._line = self._manager.open_resource(self._address.place, **self._settings(pyvisa))
+            self._as_many_as_asked = pyvisa.constants.StatusCode.success_max_count_read
             self._keep_others_away()
         except Exception as error:
             self._close()
@@ -239,7 +242,9 @@ class TextRateTable:
         while not reply.endswith(last):
             if len(reply) >= LONGEST_REPLY or (reply and clock.now() > until):
                 raise TableError(f"{self.name}: sends {len(reply)} bytes without an end; {_CHECK_LINE}")
-            reply += self._line.read_bytes(1)
+            with self._line.ignore_warning(self._as_many_as_asked):
+                piece, _ = self._line.visalib.read(self._line.session, 1)
+            reply += piece
         return bytes(reply)
 
     def _settings(self, pyvisa: Any) -> dict[str, Any]:  # noqa: ANN401 - a module has no type of its own
