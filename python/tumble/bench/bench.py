@@ -25,7 +25,7 @@ from tumble.bench.simulated import SimulatedBench
 from tumble.bench.sources import BenchSource, BenchSources
 from tumble.foundation import clock
 from tumble.foundation.bounded_json import parse_json
-from tumble.foundation.documents import LARGEST_DOCUMENT
+from tumble.foundation.documents import LARGEST_DOCUMENT, well_typed
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file
@@ -440,11 +440,11 @@ class Bench(Shared):
         kept: dict[str, Any] = {}
         try:
             kept = parse_json(read_whole(self.folder / STATE, LARGEST_DOCUMENT))
-            sources = [BenchSource(**each) for each in kept["sources"]]
+            sources = [well_typed(BenchSource(**each)) for each in kept["sources"]]
             table = TableChoice(**kept["choice"]["table"])
-            options = MappingProxyType(dict(kept["choice"]["options"]))
-            choice = RunChoice(**kept["choice"] | {"table": table, "options": options})
-        except (TumbleError, ValueError, KeyError, TypeError):
+            known_choice = well_typed(RunChoice(**kept["choice"] | {"table": table}))
+            choice = replace(known_choice, options=MappingProxyType(dict(known_choice.options)))
+        except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
             # A first start, or a file of another version: nothing is lost but what can be typed again.
             sources, choice = [], self.choice
         if choice.word in (kind.word for kind in self.kinds):

@@ -16,7 +16,7 @@ from typing import Any
 
 from tumble.foundation import clock
 from tumble.foundation.bounded_json import parse_json
-from tumble.foundation.documents import LARGEST_DOCUMENT
+from tumble.foundation.documents import LARGEST_DOCUMENT, well_typed
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
@@ -67,8 +67,8 @@ class RunFolder:
         """Reads the folder of a run; None where it is none, or is damaged."""
         try:
             content: dict[str, Any] = parse_json(read_whole(path / ORDER, LARGEST_DOCUMENT))
-            return cls(path, str(content["word"]), _order(path, content["order"]))
-        except (TumbleError, ValueError, KeyError, TypeError):
+            return cls(path, str(content["word"]), well_typed(_order(path, content["order"])))
+        except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
     def keep_outcome(self, outcome: RunOutcome, decision: str = "") -> None:
@@ -80,8 +80,8 @@ class RunFolder:
         """Returns the outcome and the decision on it; None where there is none, or it is damaged."""
         try:
             content: dict[str, Any] = parse_json(read_whole(self.path / OUTCOME, LARGEST_DOCUMENT))
-            return _outcome(self.path, content["outcome"]), str(content["decision"])
-        except (TumbleError, ValueError, KeyError, TypeError):
+            return well_typed(_outcome(self.path, content["outcome"])), str(content["decision"])
+        except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
     def remove_if_empty(self) -> None:

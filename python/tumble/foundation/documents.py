@@ -6,10 +6,10 @@ import difflib
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar, cast
 
 import numpy as np
 import yaml
@@ -20,6 +20,7 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
+    TypeAdapter,
     ValidationError,
     model_serializer,
 )
@@ -44,6 +45,7 @@ except ImportError:  # PyYAML without libyaml writes the same, and takes four ti
     from yaml import SafeDumper  # type: ignore[assignment]
 
 Model = TypeVar("Model", bound=BaseModel)
+Plain = TypeVar("Plain")
 
 LARGEST_DOCUMENT = 4 << 20
 """Bytes; the calibration of a unit with hundreds of rests takes a hundredth of it."""
@@ -223,6 +225,11 @@ def document_text(header: str, content: Mapping[str, Any]) -> str:
 def read_value(text: str) -> Any:  # noqa: ANN401 - a model checks the type
     """Reads one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
     return parse(text)[1]
+
+
+def well_typed(value: Plain) -> Plain:
+    """Returns a dataclass made of plain data with fields of their types; raises `ValueError` for others."""
+    return TypeAdapter(type(value)).validate_python(asdict(cast("Any", value)))
 
 
 def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.names import normal_name
+from tumble.foundation.units import Channel
 
 if TYPE_CHECKING:
     from tumble.foundation.recording import RecordingSource
-    from tumble.foundation.units import Channel
 
 COUNTS = 32768.0
 """Counts of a sensor of 16 bits, to the end of its range."""
