@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from random import Random
@@ -132,6 +133,13 @@ def test_a_line_of_a_batch_names_no_file_elsewhere(tmp_path, monkeypatch):
     path.write_text(line.replace('"stem":"target_1"', '"stem":"../target_1"'))
     with pytest.raises(OutputError, match="is no batch of tumble turntable, and is kept"):
         Batch(tmp_path / "results")
+    for key, value in json.loads(line).items():
+        for other in ({"a": 1}, [[1]], {"a": 1} if isinstance(value, str) else "x"):
+            changed = json.dumps(json.loads(line) | {key: other})
+            if key in ("columns", "warnings") and isinstance(other, type(value)):
+                continue
+            with pytest.raises(ValueError, match=r"validation error|no record"):
+                TargetRecord.from_line(changed)
     path.write_bytes(b"x" * (3 * LONGEST_LINE) + b"\n" + line.encode() + b"y" * LONGEST_LINE)
     kept = Batch(tmp_path / "results")
     assert kept.lost_lines == [1, 3]

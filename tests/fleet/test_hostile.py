@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pyarrow as pa
@@ -13,6 +14,8 @@ from hypothesis import strategies as st
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
 from tumble.fleet import parts
+from tumble.fleet.job import load_job
+from tumble.fleet.ledger import JobStatus, begin, write_status
 from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
 from tumble.fleet.places import FileStore, StoreError
 from turntable_sessions import one_line, typed
@@ -115,3 +118,29 @@ def test_a_part_that_unpacks_without_bound_is_refused(tmp_path, rows, monkeypatc
     with pytest.raises(StoreError, match="unpacks to 8 MiB"):
         exit_codes(FileStore(str(tmp_path)))
     assert LARGEST_PART > MOST_BYTES
+
+
+@pytest.mark.parametrize("name", ["job.json", "status.json"])
+def test_a_ledger_of_other_contents_is_one_line(tmp_path, name):
+    job = tmp_path / "job.yaml"
+    job.write_text(
+        f"procedure: fleet_functions:squared\nseeds: {{count: 1}}\nresults: {tmp_path / 'results'}\n"
+    )
+    results = FileStore(str(tmp_path / "results"))
+    begin(results, load_job(job))
+    write_status(results, JobStatus("running", 1, 0, 0, 0, 0, 1.0, 1.0, "local"))
+    path = tmp_path / "results" / name
+    whole = json.loads(path.read_text())
+    for key in whole:
+        for value in (None, [], {"a": 1}, "x"):
+            content = whole | {key: value}
+            if value is None:
+                del content[key]
+            path.write_text(json.dumps(content))
+            words = ("run", job, "--resume") if name == "job.json" else ("status", job)
+            done = typed("fleet", *words)
+            if done.code == 2:
+                one_line(done.err)
+            else:
+                assert done.code == 0
+                assert isinstance(value, str) or key in ("seconds", "reason", "written", "state", "engine")

@@ -12,6 +12,7 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.places import FileStore
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import moment_of
+from tumble.foundation.documents import made_of
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.provenance import date_now
 
@@ -88,7 +89,10 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
         raise JobChangedError(
             f"{results}: holds results of this job; go on with --resume, or give another folder"
         )
-    return str(known["date"])
+    date = str(known.get("date", ""))
+    if not date.isdecimal():
+        raise _damaged(results)
+    return date
 
 
 def begin(results: FileStore, job: FleetJob) -> str:
@@ -112,8 +116,8 @@ def read_status(results: FileStore) -> JobStatus:
             f"{results}: no job was begun there; check the job file, or begin with tumble fleet run"
         )
     try:
-        return JobStatus(**_parsed(results, content))
-    except TypeError:
+        return made_of(JobStatus, _parsed(results, content))
+    except ValueError:
         raise TumbleError(
             f"{results}: {STATUS_FILE} is of another version of Tumble; go on with that"
         ) from None
@@ -140,8 +144,12 @@ def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:
     except ValueError:
         found = None
     if not isinstance(found, dict):
-        raise TumbleError(f"{results}: {JOB_FILE} or {STATUS_FILE} is damaged; give another folder")
+        raise _damaged(results)
     return found
+
+
+def _damaged(results: FileStore) -> TumbleError:
+    return TumbleError(f"{results}: {JOB_FILE} or {STATUS_FILE} is damaged; give another folder")
 
 
 def _seconds(date: str) -> str:

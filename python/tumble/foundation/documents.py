@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar, cast
@@ -229,7 +230,17 @@ def read_value(text: str) -> Any:  # noqa: ANN401 - a model checks the type
 
 def well_typed(value: Plain) -> Plain:
     """Returns a dataclass made of plain data with fields of their types; raises `ValueError` for others."""
-    return TypeAdapter(type(value)).validate_python(asdict(cast("Any", value)))
+    return made_of(type(value), asdict(cast("Any", value)))
+
+
+def made_of(kind: type[Plain], content: Mapping[str, Any]) -> Plain:
+    """Returns a dataclass of plain data; raises `ValueError` where a field is missing or of another type."""
+    return cast("Plain", _adapter(cast("Any", kind)).validate_python(content))
+
+
+@cache
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:

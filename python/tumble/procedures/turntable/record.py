@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from tumble.foundation.bounded_json import json_line, parse_json
+from tumble.foundation.documents import made_of
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.plain import finite
 from tumble.foundation.results import LimitCheck, Verdict
@@ -95,10 +96,8 @@ class TargetRecord:
         try:
             content: dict[str, Any] = parse_json(line)
             known = {each.name for each in fields(cls)}
-            kept: dict[str, Any] = {name: _frozen(value) for name, value in content.items() if name in known}
-            parameters = tuple(RecordedParameter(**each) for each in content["parameters"])
-            checks = tuple(_check(each) for each in content["checks"])
-            found = cls(**kept | {"parameters": parameters, "checks": checks})
+            kept = {name: value for name, value in content.items() if name in known}
+            found = made_of(cls, kept | {"checks": [_check(each) for each in content["checks"]]})
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"no record of a target: {error}") from error
         if found.stem != file_stem(found.stem):
@@ -106,10 +105,6 @@ class TargetRecord:
         return found
 
 
-def _frozen(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _check(content: dict[str, Any]) -> LimitCheck:
+def _check(content: dict[str, Any]) -> dict[str, Any]:
     value = content["value"]
-    return LimitCheck(**content | {"value": math.nan if value is None else value})
+    return content | {"value": math.nan if value is None else value}
