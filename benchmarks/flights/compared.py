@@ -22,7 +22,7 @@ from benchmarks.flights.model.error import STORED, Errors
 from benchmarks.flights.model.monitor import Flown, flown
 from benchmarks.flights.model.statement import Statement
 from benchmarks.flights.replay import replayed
-from benchmarks.flights.score import judged, scored
+from benchmarks.flights.score import judged, scored, tells_of_stall
 from benchmarks.redundancy_figures import wide_console
 from benchmarks.redundancy_judgement import OUTCOMES, judge
 
@@ -48,7 +48,8 @@ def compared(mission: Mission) -> list[dict[str, Any]]:
         first = _flown(before[0], None)
         known = first.errors.aged(STORED)
         named = judge(first.events, None, 0.0, float(before[0].body.time[-1])).faulty_in_health
-    judgement = judged(mission, _flown(replay.flight, known).events)
+    events = [each for each in _flown(replay.flight, known).events if not tells_of_stall(replay.flight, each)]
+    judgement = judged(mission, events)
     model = {
         "outcome": judgement.outcome,
         "after": judgement.isolated,

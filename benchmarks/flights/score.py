@@ -40,7 +40,7 @@ GRACE = 5.0
 
 def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
     """Returns all that is counted of a mission, plain enough for JSON."""
-    events = [event for event in events_of(replay.result) if not _tells_of_stall(replay.flight, event)]
+    events = [event for event in events_of(replay.result) if not tells_of_stall(replay.flight, event)]
     judgement = judged(mission, events)
     first = mission.faults[0] if mission.faults else None
     health = judgement.health
@@ -84,7 +84,7 @@ def events_before(mission: Mission, replay: Replayed, events: Sequence[Event]) -
     yield from (event for event in events if event[0] < mission.onset)
 
 
-def _tells_of_stall(flight: Flight, event: Event) -> bool:
+def tells_of_stall(flight: Flight, event: Event) -> bool:
     """Returns whether a unit that stalls alone is reported late."""
     time, unit, what, figures = event
     if what != "unhealthy" or unit != flight.lonely or figures["reason"] != "late":

@@ -367,3 +367,13 @@ def test_a_recorded_flight_is_sound_and_its_faults_are_named(capsys):
         ]
         assert not any(row["false"] for row in rows)
         assert all(row["outcome"] == "right" for row in rows if row["fault"])
+
+
+@pytest.mark.skipif(not recorded.FOLDER.is_dir(), reason="the recordings in ../shared/data are not here")
+def test_the_table_of_recorded_flights_names_every_monitor(capsys):
+    options = ["--flights", "1", "--classes", "unit dead", "--units", "2", "--draws", "1", "--no-save"]
+    assert recorded.main(options) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in ("PX4", "today", "model", "aided"))
+    # The row of the class and the row of all classes, of nine monitors.
+    assert printed.count("1/0/0") == 2 * len(recorded.MONITORS)
