@@ -23,6 +23,8 @@ from tumble.live.ros2_output import _message
 from turntable_sessions import typed
 
 SAMPLES, RATE = 300, 300.0
+ENDLESS = 10**7
+"""Samples of a publisher that sends for as long as anybody could listen: the first ones may be lost."""
 MOST_SILENT = 200
 """Empty chunks in succession after which nothing comes any more."""
 
@@ -100,7 +102,7 @@ def test_magnetometer_of_the_same_folder_comes_beside_its_imu():
 
 
 def test_several_topics_are_recorded_at_once(tmp_path):
-    with publisher("/left/imu"), publisher("/right/imu"):
+    with publisher("/left/imu", samples=ENDLESS), publisher("/right/imu", samples=ENDLESS):
         words = ("left=ros2:///left/imu", "right=ros2:///right/imu", "-o", tmp_path / "session")
         done = typed("record", *words, "--count", SAMPLES)
     assert done.code == 0, done.err
@@ -110,8 +112,8 @@ def test_several_topics_are_recorded_at_once(tmp_path):
 
 def test_topics_are_listed_with_what_they_offer_and_their_rates(domain):
     with (
-        publisher("/left/imu", samples=1500),
-        publisher("/right/imu", samples=1500, reliability="best-effort"),
+        publisher("/left/imu", samples=ENDLESS),
+        publisher("/right/imu", samples=ENDLESS, reliability="best-effort"),
     ):
         done = typed("record", "--list", "ros2://", "--json")
     assert done.code == 0, done.err
@@ -189,7 +191,7 @@ def test_corrected_samples_are_sent_on_another_topic(tmp_path):
         "magnetometer:\n  unit: uT\n  M: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [4, 0, 0]\n"
     )
     words = ["apply", "--live", tmp_path / "imu.yaml", "ros2:///imu/data", "--to", "ros2:///imu/calibrated"]
-    with publisher("/imu/data", samples=1500, more=["--field", "/imu/mag"]):
+    with publisher("/imu/data", samples=ENDLESS, more=["--field", "/imu/mag"]):
         program = Path(sys.executable).with_name("tumble")
         applied = subprocess.Popen(
             [program, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
