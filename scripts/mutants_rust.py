@@ -14,9 +14,9 @@ import re
 import shutil
 import subprocess
 import sys
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -215,9 +215,9 @@ class Build:
 
     def prepare(self) -> None:
         """Builds all candidates that compile together, and runs each test once."""
-        self._copy()
         for mutant in self.candidates:
             self.texts.setdefault(mutant.file, Text((ROOT / mutant.file).read_text()))
+        self._copy()
         together = [each for each in self.candidates if is_switchable(self.texts[each.file], each)]
         self.numbers = {mutant: number for number, mutant in enumerate(together)}
         while failed := self._uncompiled():
@@ -226,20 +226,20 @@ class Build:
         self.tests = list(self._measured(self._programs()))
 
     def _copy(self) -> None:
-        """Copies the files that git tracks, and begins from those as they are in the repository."""
-        command = ["git", "ls-files", "-z", "--", "crates", "vectors", "Cargo.toml", "Cargo.lock", "firmware"]
+        """Copies the files that git tracks but those with mutants, and adds what chooses among these."""
+        command = ["git", "ls-files", "-z"]
         files = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
-        for file in filter(None, files.split("\0")):
-            (self.tree / file).parent.mkdir(parents=True, exist_ok=True)
-            _write(self.tree / file, (ROOT / file).read_bytes())
-        source = self.tree / "crates/tumble-core/src"
-        (source / "mutant_switch.rs").write_text(SWITCH.read_text())
-        library = source / "lib.rs"
-        library.write_text(f"{library.read_text()}\nextern crate std;\npub mod mutant_switch;\n")
+        contents = {
+            file: (ROOT / file).read_bytes() for file in files.split("\0") if file and file not in self.texts
+        }
+        contents["crates/tumble-core/src/mutant_switch.rs"] = SWITCH.read_bytes()
+        contents["crates/tumble-core/src/lib.rs"] += b"\nextern crate std;\npub mod mutant_switch;\n"
+        for file, content in contents.items():
+            _write(self.tree / file, content)
 
     def _uncompiled(self) -> set[Mutant]:
         """Builds all but those that did not compile; returns those that do not now."""
-        lines = self._write()
+        lines = self._switch()
         messages = self._cargo()
         spans = list(_errors(messages))
         failed = {
@@ -255,11 +255,10 @@ class Build:
             sys.exit("\n".join(str(each["message"]["rendered"]) for each in messages if "message" in each))
         return failed
 
-    def _write(self) -> dict[int, tuple[int, int]]:
+    def _switch(self) -> dict[int, tuple[int, int]]:
         """Writes the files with all that compiles; returns the lines of each."""
-        files: dict[str, dict[int, Mutant]] = defaultdict(dict)
+        files: dict[str, dict[int, Mutant]] = {file: {} for file in self.texts}
         for mutant, number in self.numbers.items():
-            files[mutant.file]
             if mutant not in self.uncompilable:
                 files[mutant.file][number] = mutant
         lines: dict[int, tuple[int, int]] = {}
@@ -356,6 +355,7 @@ class Build:
 def _write(path: Path, content: bytes) -> None:
     """Writes what is new: cargo builds anew what has a later date."""
     if not path.exists() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
 
 
@@ -364,8 +364,7 @@ def _errors(messages: Iterable[Message]) -> Iterator[tuple[str, int, int]]:
     for message in messages:
         told = message.get("message")
         if message["reason"] == "compiler-message" and isinstance(told, dict) and told["level"] == "error":
-            for span in told["spans"]:
+            for span in filter(itemgetter("is_primary"), told["spans"]):
                 while span["expansion"]:
                     span = span["expansion"]["span"]
-                if span["is_primary"]:
-                    yield span["file_name"], span["line_start"], span["line_end"]
+                yield span["file_name"], span["line_start"], span["line_end"]
