@@ -32,6 +32,13 @@ fn chosen() -> usize {
     std::env::var("TUMBLE_MUTANT").map_or(NONE, |number| number.parse().expect("a number"))
 }
 
+/// Makes a process note again which mutants it reaches from here on.
+pub fn forget() {
+    for each in &REACHED {
+        each.store(false, Relaxed);
+    }
+}
+
 /// Adds a mutant to the file of those whose function was entered.
 #[cold]
 fn note(mutant: usize) -> bool {

@@ -115,13 +115,23 @@ class Trial:
     @functools.cached_property
     def copy(self) -> mutants_python.Copy:
         """The package, and the lines that each file of tests reaches."""
-        return kept("python", ("python", "tests"), mutants_python.Copy(FOLDER, self.python))
+        copy = mutants_python.Copy(FOLDER, self.python, self.build.native)
+        return kept("python", ("crates", "python", "tests"), copy)
+
+    def kind(self, mutant: Mutant) -> str:
+        """Language of a mutant, and `alone` where it takes a build of its own."""
+        if not is_rust(mutant):
+            return "python"
+        return "rust" if mutant in self.build.numbers else "alone"
 
     def row(self, mutant: Mutant) -> Row:
         """Tries one; returns what is stored of it."""
         side = self.build if is_rust(mutant) else self.copy
         before = processor_seconds()
         how, test = side.try_mutant(mutant)
+        if how in SURVIVED and mutant in self.build.numbers:
+            wider, test = self.copy.try_native(mutant, self.build.numbers[mutant])
+            how = how if wider == "not reached" else wider
         old, new = lines_changed(mutant)
         return {
             "mutant": mutant.name,
@@ -160,7 +170,10 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tool", type=Path, default=FOLDER / "cargo/bin/cargo-mutants", help="cargo-mutants")
     parser.add_argument("--first", type=int, default=SIZE, help="mutants to try, of the drawn order")
-    parser.add_argument("--only", choices=("rust", "python"), help="try those of one language now")
+    kinds = ("rust", "alone", "python")
+    parser.add_argument(
+        "--only", choices=kinds, help="kind to try now: of Rust, built alone, of Python"
+    )
     parser.add_argument("--again", action="store_true", help="try those again that survived")
     parser.add_argument("--report", action="store_true", help="print what was found so far, and try none")
     given = parser.parse_args(words)
@@ -175,7 +188,7 @@ def main(words: list[str]) -> int:
             break
         row = rows.get(mutant.name)
         is_due = row is None or (given.again and row["how"] in SURVIVED)
-        if is_due and not given.report and given.only in (None, "rust" if is_rust(mutant) else "python"):
+        if is_due and not given.report and given.only in (None, trial.kind(mutant)):
             row = trial.row(mutant)
             with path.open("a") as file:
                 file.write(json.dumps(row) + "\n")

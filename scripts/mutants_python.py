@@ -1,4 +1,7 @@
-"""Mutants of the package: one file of a copy of the repository is altered at a time."""
+"""Mutants of the package: one file of a copy of the repository is altered at a time.
+
+The copy has the native module with all mutants of Rust, so that its tests try these, too.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
-from mutant_process import run
+from mutant_process import Ended, run
 from mutant_sample import Mutant, Span
 
 ROOT = Path(__file__).parents[1]
@@ -153,24 +156,26 @@ class TestFile:
 class Copy:
     """A copy of the repository, whose package is altered, and its tests."""
 
-    def __init__(self, folder: Path, candidates: Sequence[Mutant]) -> None:
-        self.candidates = candidates
-        self.tree = folder / "python"
+    def __init__(self, folder: Path, candidates: Sequence[Mutant], native: Path) -> None:
+        self.candidates, self.native = candidates, native
+        self.tree, self.notes = folder / "python", folder / "notes"
         self.environment = {
-            "PYTHONPATH": str(self.tree / "python"),
+            "PYTHONPATH": f"{self.tree / 'python'}:{self.tree / 'scripts'}",
             "PYTHONDONTWRITEBYTECODE": "",
             "RAYON_NUM_THREADS": "1",
         }
         self.tests: dict[str, TestFile] = {}
         self._reached: dict[str, dict[int, set[str]]] = {}
+        """Files of tests that reach a line of a file of the package."""
+        self._reached_native: dict[int, set[str]] = defaultdict(set)
+        """Files of tests that reach a mutant of Rust, by its number."""
 
     def prepare(self) -> None:
-        """Copies the repository, and runs the tests once, which reports the lines that each file reaches."""
+        """Copies the repository, and runs the tests once, which reports what each file of them reaches."""
         self._copy()
-        folders = {each.part.removeprefix("procedures/") for each in self.candidates}
-        tests = sorted(f"tests/{each}" for each in {*folders, *OTHERS} if (ROOT / "tests" / each).exists())
-        if tests:
-            self._measure(tests, {mutant.file for mutant in self.candidates})
+        for folder in sorted({*(Path(each).name for each in FOLDERS), *OTHERS}):
+            if (ROOT / "tests" / folder).exists():
+                self.measure(folder)
 
     def _copy(self) -> None:
         shutil.rmtree(self.tree, ignore_errors=True)
@@ -180,24 +185,28 @@ class Copy:
         for file in filter(None, out.stdout.split("\0")):
             (self.tree / file).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / file, self.tree / file)
-        for native in (ROOT / PACKAGE).glob("_core*"):
-            shutil.copy2(native, self.tree / PACKAGE)
+        shutil.copy2(self.native, self.tree / PACKAGE)
         shared = self.tree.parent / "shared"
         if not shared.exists() and (ROOT.parent / "shared").exists():
             shared.symlink_to(ROOT.parent / "shared")
 
-    def _measure(self, tests: Sequence[str], altered: Iterable[str]) -> None:
-        settings, data = self.tree / ".coveragerc", self.tree / ".coverage"
-        included = "".join(f"\n    {file}" for file in sorted(altered))
-        settings.write_text(f"[run]\nrelative_files = true\ninclude ={included}\n")
-        times = self.tree / "times.xml"
+    def measure(self, folder: str) -> None:
+        """Runs the tests of a folder without a fault."""
+        settings, times = self.tree / ".coveragerc", self.tree / "times.xml"
+        altered = sorted({mutant.file for mutant in self.candidates})
+        settings.write_text("\n    ".join(["[run]\nrelative_files = true\ninclude =", *altered]))
+        shutil.rmtree(self.notes, ignore_errors=True)
+        self.notes.mkdir()
         options = ["--cov", f"--cov-config={settings}", "--cov-context=test", "--cov-report="]
-        report = [f"--junitxml={times}", "-o", "junit_family=xunit1"]
-        ended = run([*self._pytest(), *options, *report, *tests], self.tree, self.environment)
-        print(ended.output.splitlines()[-1], flush=True)
-        self._take(times, data)
+        reports = ["-p", "mutant_reach", f"--junitxml={times}", "-o", "junit_family=xunit1"]
+        environment = {**self.environment, "TUMBLE_MUTANTS_NOTES": str(self.notes)}
+        ended = run([*self._pytest(), *options, *reports, f"tests/{folder}"], self.tree, environment)
+        if ended.code not in (0, 1):
+            sys.exit(ended.output)
+        print(f"{folder}: {ended.output.splitlines()[-1]}, {ended.processor:.0f} s of processor", flush=True)
+        self._take(times)
 
-    def _take(self, times: Path, data: Path) -> None:
+    def _take(self, times: Path) -> None:
         seconds: dict[str, float] = defaultdict(float)
         failing = set()
         for case in ET.parse(times).getroot().iter("testcase"):
@@ -207,18 +216,18 @@ class Copy:
                 failing.add(file)
         for file in failing:
             print(f"{file} fails without a fault, and finds none", flush=True)
-        self.tests = {
-            file: TestFile(file, Path(file).parts[1], time)
-            for file, time in seconds.items()
-            if file not in failing
-        }
-        lines = coverage.CoverageData(str(data))
+        for file in seconds.keys() - failing:
+            self.tests[file] = TestFile(file, Path(file).parts[1], seconds[file])
+            note = self.notes / file.replace("/", "+")
+            for number in note.read_text().split() if note.exists() else ():
+                self._reached_native[int(number)].add(file)
+        lines = coverage.CoverageData(str(self.tree / ".coverage"))
         lines.read()
         for measured in lines.measured_files():
-            self._reached[measured] = {
-                line: {context.partition("::")[0] for context in contexts if context}
-                for line, contexts in lines.contexts_by_lineno(measured).items()
-            }
+            reached = self._reached.setdefault(measured, {})
+            for line, contexts in lines.contexts_by_lineno(measured).items():
+                files = {context.partition("::")[0] for context in contexts if context}
+                reached.setdefault(line, set()).update(files)
 
     def _pytest(self) -> list[str]:
         return [
@@ -234,21 +243,25 @@ class Copy:
             "no:randomly",
         ]
 
-    def rings(self, mutant: Mutant) -> list[list[TestFile]]:
-        """Returns the files of tests that could find a mutant, in rings, each several times as long.
+    def _tests_of(self, mutant: Mutant) -> set[str]:
+        """Files of tests that could find a mutant of Python.
 
-        The tests of its own folder come first. Outside of functions all are taken that import the file.
+        Those that run its function can; outside of functions those that use the file or are of its folder.
         """
-        text = (ROOT / mutant.file).read_text()
-        body = function_lines(text, mutant.span.line)
+        body = function_lines((ROOT / mutant.file).read_text(), mutant.span.line)
         lines = self._reached.get(mutant.file, {})
         reached = {file for line, files in lines.items() if body is None or line in body for file in files}
-        own = Path(mutant.part).name
         if body is None:
+            own = Path(mutant.part).name
             reached |= {test.path for test in self.tests.values() if test.folder == own}
+        return reached
+
+    def _rings(self, mutant: Mutant, files: Iterable[str]) -> list[list[TestFile]]:
+        """Returns files of tests in rings, each several times as long; those of its own folder come first."""
+        own = Path(mutant.file).with_suffix("").parts
         tests = sorted(
-            (self.tests[file] for file in reached & self.tests.keys()),
-            key=lambda test: (test.folder != own, test.seconds),
+            (self.tests[file] for file in files if file in self.tests),
+            key=lambda test: (test.folder not in own, test.seconds),
         )
         rings: list[list[TestFile]] = []
         room = 0.0
@@ -261,30 +274,34 @@ class Copy:
         return rings
 
     def try_mutant(self, mutant: Mutant) -> tuple[str, str]:
-        """Returns how a mutant ended, and the test that found it."""
+        """Returns how a mutant of Python ended, and the test that found it."""
         path = self.tree / mutant.file
         before = path.read_text()
-        rings = self.rings(mutant)
         try:
             self._write(path, mutated(before, mutant))
-            for ring in rings:
-                usual = sum(test.seconds for test in ring) + FIRST
-                command = [
-                    *self._pytest(),
-                    "-x",
-                    "--no-header",
-                    "-rfE",
-                    "--tb=no",
-                    *(test.path for test in ring),
-                ]
-                ended = run(command, self.tree, self.environment, usual)
-                if ended.is_over_limit:
-                    return "over limit", ring[0].path
-                if ended.code:
-                    return "found", _failed(ended.output)
+            return self._found(self._rings(mutant, self._tests_of(mutant)), {})
         finally:
             self._write(path, before)
-        return ("survived" if rings else "not reached"), ""
+
+    def try_native(self, mutant: Mutant, number: int) -> tuple[str, str]:
+        """Returns how a mutant of Rust ended."""
+        rings = self._rings(mutant, self._reached_native[number])
+        return self._found(rings, {"TUMBLE_MUTANT": str(number)})
+
+    def _found(self, rings: Iterable[Sequence[TestFile]], environment: Mapping[str, str]) -> tuple[str, str]:
+        ring: Sequence[TestFile] = ()
+        for ring in rings:
+            ended = self._tested(ring, environment)
+            if ended.is_over_limit:
+                return "over limit", ring[0].path
+            if ended.code:
+                return "found", _failed(ended.output)
+        return ("survived" if ring else "not reached"), ""
+
+    def _tested(self, ring: Sequence[TestFile], environment: Mapping[str, str]) -> Ended:
+        command = [*self._pytest(), "-x", "--no-header", "-rfE", "--tb=no", *(test.path for test in ring)]
+        usual = sum(test.seconds for test in ring) + FIRST
+        return run(command, self.tree, {**self.environment, **environment}, usual)
 
     def _write(self, path: Path, text: str) -> None:
         """Writes a file, and deletes what was compiled of it: Python compares dates by the second."""

@@ -25,8 +25,19 @@ from mutant_sample import Mutant, Span
 
 ROOT = Path(__file__).parents[1]
 CRATES = ("tumble-core", "tumble-store", "tumble-lab")
+PACKAGES = tuple(word for crate in CRATES for word in ("--package", crate))
+TESTS = ("test", "--no-run", *PACKAGES)
 SWITCH = Path(__file__).with_name("mutant_switch.rs")
 CHOSEN, REACHED = "TUMBLE_MUTANT", "TUMBLE_MUTANTS_REACHED"
+
+_ENTRY = b"(module: &Bound<'_, PyModule>) -> PyResult<()> {"
+_ADDED_TO_ENTRY = b"module.add_function(wrap_pyfunction!(forget_mutants, module)?)?;"
+_ADDED_TO_MODULE = b"""
+#[pyfunction]
+fn forget_mutants() {
+    tumble_core::mutant_switch::forget();
+}
+"""
 
 Message = dict[str, Any]
 """Line of JSON that cargo writes."""
@@ -39,8 +50,7 @@ _TEXT = re.compile(
 
 def listed(tool: Path) -> list[Mutant]:
     """Returns all mutants that cargo-mutants finds in the crates."""
-    packages = [word for crate in CRATES for word in ("--package", crate)]
-    command = [str(tool), "mutants", "--no-config", "--list", "--json", *packages]
+    command = [str(tool), "mutants", "--no-config", "--list", "--json", *PACKAGES]
     out = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     return parsed(out)
 
@@ -212,6 +222,8 @@ class Build:
         self.numbers: dict[Mutant, int] = {}
         self.uncompilable: set[Mutant] = set()
         self.tests: list[Test] = []
+        self.native = self.kept / "_core.abi3.so"
+        """The module for Python with all mutants."""
 
     def prepare(self) -> None:
         """Builds all candidates that compile together, and runs each test once."""
@@ -224,6 +236,7 @@ class Build:
             self.uncompilable |= failed
             print(f"{len(failed)} mutants do not compile", flush=True)
         self.tests = list(self._measured(self._programs()))
+        self.build_native()
 
     def _copy(self) -> None:
         """Copies the files that git tracks but those with mutants, and adds what chooses among these."""
@@ -234,6 +247,8 @@ class Build:
         }
         contents["crates/tumble-core/src/mutant_switch.rs"] = SWITCH.read_bytes()
         contents["crates/tumble-core/src/lib.rs"] += b"\nextern crate std;\npub mod mutant_switch;\n"
+        module = "crates/tumble-py/src/lib.rs"
+        contents[module] = contents[module].replace(_ENTRY, _ENTRY + _ADDED_TO_ENTRY) + _ADDED_TO_MODULE
         for file, content in contents.items():
             _write(self.tree / file, content)
 
@@ -269,10 +284,9 @@ class Build:
             lines |= where
         return lines
 
-    def _cargo(self) -> list[Message]:
-        """Builds the tests; returns the messages of the compiler."""
-        packages = [word for crate in CRATES for word in ("--package", crate)]
-        command = ["cargo", "test", "--locked", "--no-run", "--message-format", "json", *packages]
+    def _cargo(self, words: Sequence[str] = TESTS) -> list[Message]:
+        """Builds the tests, or what else is given; returns the messages of the compiler."""
+        command = ["cargo", *words, "--locked", "--message-format", "json"]
         done = subprocess.run(
             command,
             cwd=self.tree,
@@ -285,6 +299,12 @@ class Build:
             sys.exit(done.stderr)
         return messages
 
+    def build_native(self) -> None:
+        """Builds the module for Python, as fast as the tests are."""
+        messages = self._cargo(["build", "--package", "tumble-py", "--profile", "test"])
+        [built] = [each for each in messages if each.get("target", {}).get("name") == "_core"]
+        shutil.copy(built["filenames"][0], self.native)
+
     def _programs(self) -> list[Program]:
         """Keeps the programs of the tests, which a mutant that is built alone would replace."""
         programs = list(self._built(self._cargo()))
@@ -294,7 +314,9 @@ class Build:
 
     def _built(self, messages: Iterable[Message]) -> Iterator[Program]:
         for message in messages:
-            if message["reason"] == "compiler-artifact" and message["executable"]:
+            is_program = message["reason"] == "compiler-artifact" and message["executable"]
+            # Examples are built beside the tests.
+            if is_program and message["profile"]["test"]:
                 folder = Path(message["manifest_path"]).parent
                 yield Program(folder.name, message["target"]["name"], Path(message["executable"]), folder)
 
