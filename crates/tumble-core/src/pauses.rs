@@ -240,3 +240,36 @@ impl<T: Real> Bends<T> {
         variance
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn blocks_show_their_interval_and_the_samples_that_they_lack(
+            interval in 500_u64..50_000,
+            samples in 20_u32..400,
+            lacking in 1_u64..10,
+        ) {
+            let mut shown = SampleInterval::new();
+            let whole = u64::from(samples) * interval;
+            for _ in 0..3 {
+                prop_assert!(!shown.lacks_samples(whole, samples, 0, 0));
+                prop_assert_eq!(shown.microseconds(), interval);
+            }
+            prop_assert_eq!(shown.hidden((lacking + 1) * interval), lacking);
+            prop_assert!(shown.longest() > interval && shown.longest() < 2 * interval);
+            prop_assert!(shown.lacks_samples(whole + lacking * interval, samples, 1, lacking));
+            prop_assert_eq!(shown.microseconds(), interval);
+            // A late stamp is made up for by the next block.
+            let late = interval / 4;
+            prop_assert!(!shown.lacks_samples(whole + late, samples, 0, 0));
+            prop_assert!(!shown.lacks_samples(whole - late, samples, 0, 0));
+        }
+    }
+}

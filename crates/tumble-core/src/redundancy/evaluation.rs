@@ -474,3 +474,30 @@ fn from_physics<T: Real>(sensor: Sensor, magnitude: T, gravity: T) -> T {
         Sensor::Gyroscope => magnitude,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::redundancy::sensor::SENSORS;
+
+    #[test]
+    fn a_calibration_is_trimmed_by_what_it_may_have_drifted_alone() {
+        let apart = Vector3::new(1e-3, -2e-3, 5e-4);
+        for sensor in SENSORS {
+            let mut stored = StoredCalibration::<f64>::nothing();
+            stored.age(sensor);
+            assert!(stored.trim(sensor, &apart).norm() > 0.9 * apart.norm());
+            stored.age(sensor);
+            stored.replace(RelativeError::none(), 1e-3, 1, 0.0);
+            assert_eq!(stored.trim(sensor, &apart), Vector3::zeros());
+            let mut before = 0.0;
+            for passed in [1.0, 10.0, 100.0] {
+                let mut drifted = stored;
+                drifted.drift(sensor, passed);
+                let change = drifted.trim(sensor, &apart).norm();
+                assert!(before < change && change < apart.norm());
+                before = change;
+            }
+        }
+    }
+}

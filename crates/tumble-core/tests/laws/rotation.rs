@@ -173,10 +173,10 @@ fn the_inverse_left_jacobian_of_no_rotation_is_the_identity() {
 fn series_and_closed_form_of_the_inverse_left_jacobian_meet() {
     // Either side of the change, at an angle of 0.01.
     let axis = Vector3::new(0.6, 0.0, 0.8);
-    let (below, above) = (axis * (0.01 - 1e-9), axis * (0.01 + 1e-9));
+    let (below, above) = (axis * (0.01 - 1e-13), axis * (0.01 + 1e-13));
     let apart = inverse_left_jacobian(&below) - inverse_left_jacobian(&above);
-    // The slope is one half, so the two differ by 1e-9 for being at different angles.
-    assert!(apart.amax() < 2e-9, "{apart}");
+    // The slope is one half, so the two differ by 1e-13 for being at different angles.
+    assert!(apart.amax() < 2e-13, "{apart}");
 }
 
 #[test]

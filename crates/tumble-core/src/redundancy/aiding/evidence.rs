@@ -528,3 +528,22 @@ fn proof<T: Real>(value: T, limit: T) -> Option<Proof<T>> {
         limit,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_above_their_expectation_alone_are_evidence() {
+        for (value, is_evidence) in [(0.5, false), (1.0, false), (3.0, true)] {
+            let mut evidence = AidingEvidence::<f64, 2>::new();
+            let taken = evidence.take(0, &Aiding::Score { unit: 1, value });
+            assert_eq!(taken, Ok(None));
+            evidence.weigh_scores(0.05);
+            for sensor in 0..2 {
+                assert_eq!(evidence.against[0][sensor].evidence, 0.0);
+                assert_eq!(evidence.against[1][sensor].evidence > 0.0, is_evidence, "{value}");
+            }
+        }
+    }
+}

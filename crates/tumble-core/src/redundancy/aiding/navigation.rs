@@ -572,3 +572,6 @@ fn largest<T: Real>(sigma: &Vector3<T>) -> T {
 pub(super) fn candidates<const UNITS: usize>() -> impl Iterator<Item = (Sensor, usize)> {
     (0..UNITS).flat_map(|unit| SENSORS.into_iter().map(move |sensor| (sensor, unit)))
 }
+
+#[cfg(test)]
+mod tests;

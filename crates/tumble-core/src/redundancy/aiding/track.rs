@@ -74,3 +74,31 @@ impl<T: Real> Track<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_velocity_that_grows_steadily_is_known_at_every_time() {
+        const H: f64 = 0.05;
+        let acceleration = Vector3::new(0.5, -2.0, 1.0);
+        let velocity = |windows: f64| Vector3::new(3.0, 1.0, -4.0) + acceleration * (windows * H);
+        let mut track = Track::new();
+        for windows in 0..50_u32 {
+            let now = velocity(f64::from(windows));
+            track.push(&now, &acceleration);
+            let known = LATE.min(u64::from(windows)) as i32;
+            for halves in -2 * EARLY as i32..=2 * known {
+                let ago = 0.5 * f64::from(halves);
+                let found = track.at(ago, &now, H).expect("no older than what is stored");
+                let expected = velocity(f64::from(windows) - ago);
+                assert!(
+                    (found - expected).norm() < 1e-12,
+                    "{ago} of {windows}: {found} {expected}"
+                );
+            }
+            assert_eq!(track.at(f64::from(windows) + 1.5, &now, H), None);
+        }
+    }
+}

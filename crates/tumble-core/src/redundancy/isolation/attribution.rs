@@ -301,6 +301,24 @@ mod tests {
     }
 
     #[test]
+    fn evidence_is_forgotten_by_the_time_that_is_news() {
+        // Whatever the share of a window that is news, as many windows as are remembered leave one part in e.
+        for news in [1.0, 0.3, 0.05] {
+            let mut evidence = Evidence::none();
+            evidence.push_rest(Sensor::Accelerometer, &left(0.5, 0.1), &left(0.0, 0.1), None, &UP);
+            evidence.push(&Vector3::repeat(0.1), &Vector3::zeros(), 0.05, 1.0);
+            let before = (evidence.gathered, evidence.at_rest);
+            for _ in 0..(REMEMBERED / news).round() as u32 {
+                evidence.fade(news);
+            }
+            for (left, before) in [(evidence.gathered, before.0), (evidence.at_rest, before.1)] {
+                let share = left / before;
+                assert!((share - (-1.0_f64).exp()).abs() < 0.02, "{share} with {news}");
+            }
+        }
+    }
+
+    #[test]
     fn motion_beside_a_unit_that_is_stuck_is_no_step_of_the_other() {
         let noise = |x: f64, k: u32| [x, 0.01 * f64::from(k % 3), -0.02];
         let steps = |along: f64, last: f64| {

@@ -496,3 +496,28 @@ fn evaluated<T: Real>(sensor: Sensor, check: Check, deviation: &Deviation<T>) ->
         threshold: deviation.threshold,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_shared_where_siblings_have_it_too() {
+        let own = Vector3::new(0.1, 0.0, -0.2);
+        let at = |apart: [Option<f64>; 3]| {
+            let apart = apart.map(|share| share.map(|share| own * share));
+            shared::<f64, 4>(&[Some(own), apart[0], apart[1], apart[2]], 0)
+        };
+        assert_eq!(at([None; 3]), 0.0);
+        assert_eq!(at([Some(0.0); 3]), 0.0);
+        assert_eq!(at([Some(0.0), Some(1.0), Some(0.0)]), 0.0);
+        for alike in [
+            [Some(1.0), None, None],
+            [Some(0.9), Some(1.2), Some(0.0)],
+            [None, Some(0.0), Some(1.0)],
+        ] {
+            assert_eq!(at(alike), own.length());
+        }
+        assert_eq!(shared::<f64, 2>(&[None, Some(own)], 0), 0.0);
+    }
+}
