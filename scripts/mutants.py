@@ -3,7 +3,7 @@
 The sample is drawn by a seed from all places that cargo-mutants finds in `tumble-core`, `tumble-store` and
 `tumble-lab`, and cosmic-ray in the procedures and the calibration file, each part by its share of the
 lines of code. `--first 100` tries the beginning of the order, which is a fair sample, too. Results are lines
-of `target/mutants/results.jsonl`; a run that was stopped goes on, and `--again` tries those that survived.
+of `target/mutants/results-42.jsonl`; a run that was stopped goes on, and `--again` tries those that survived.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from mutant_sample import Mutant, merged, shuffled, table, wilson
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "target" / "mutants"
 SEED, SIZE = 42, 500
+"""The fixed sample."""
 SPARE = 1.3
 """Mutants that are drawn, over those that are tried: not all of Rust's compile."""
 
@@ -44,8 +45,8 @@ class Order:
 
     candidates: Sequence[Mutant] = ()
 
-    def __init__(self, tool: Path) -> None:
-        self.tool = tool
+    def __init__(self, tool: Path, seed: int) -> None:
+        self.tool, self.seed = tool, seed
         self.mutants: list[Mutant] = []
         self.shares: list[str] = []
         """Lines, places and share of each part."""
@@ -57,7 +58,7 @@ class Order:
         for part, file in {(mutant.part, mutant.file) for mutant in mutants}:
             count = mutants_python.lines_of_code if file.endswith(".py") else mutants_rust.lines_of_code
             lines[part] = lines.get(part, 0) + count((ROOT / file).read_text())
-        drawn = shuffled(mutants, SEED)
+        drawn = shuffled(mutants, self.seed)
         self.shares = [
             f"{part:<26}{lines[part]:>7} lines{len(drawn[part]):>7} places"
             f"{SIZE * lines[part] / sum(lines.values()):>7.1f} of {SIZE}"
@@ -103,14 +104,17 @@ def report(rows: Sequence[Row]) -> str:
 class Trial:
     """Both languages, each prepared when its first mutant is tried."""
 
-    def __init__(self, order: Sequence[Mutant]) -> None:
+    def __init__(self, order: Sequence[Mutant], seed: int) -> None:
+        self.seed = seed
         self.rust = [mutant for mutant in order if is_rust(mutant)]
         self.python = [mutant for mutant in order if not is_rust(mutant)]
 
     @functools.cached_property
     def build(self) -> mutants_rust.Build:
         """The crates with all mutants."""
-        return kept("rust", ("crates", "vectors", "Cargo.lock"), mutants_rust.Build(FOLDER, SEED, self.rust))
+        return kept(
+            "rust", ("crates", "vectors", "Cargo.lock"), mutants_rust.Build(FOLDER, self.seed, self.rust)
+        )
 
     @functools.cached_property
     def copy(self) -> mutants_python.Copy:
@@ -169,19 +173,18 @@ def main(words: list[str]) -> int:
     """Tries those that have no result yet; 1 where they show fewer than 90 % found."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tool", type=Path, default=FOLDER / "cargo/bin/cargo-mutants", help="cargo-mutants")
+    parser.add_argument("--seed", type=int, default=SEED, help="sample to draw")
     parser.add_argument("--first", type=int, default=SIZE, help="mutants to try, of the drawn order")
     kinds = ("rust", "alone", "python")
-    parser.add_argument(
-        "--only", choices=kinds, help="kind to try now: of Rust, built alone, of Python"
-    )
+    parser.add_argument("--only", choices=kinds, help="kind to try now: of Rust, built alone, of Python")
     parser.add_argument("--again", action="store_true", help="try those again that survived")
     parser.add_argument("--report", action="store_true", help="print what was found so far, and try none")
     given = parser.parse_args(words)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    drawn = kept("order", ("crates", "python"), Order(given.tool))
-    print(f"seed {SEED}", *drawn.shares, sep="\n", flush=True)
-    path = FOLDER / "results.jsonl"
-    rows, trial = read(path), Trial(drawn.mutants)
+    drawn = kept(f"order-{given.seed}", ("crates", "python"), Order(given.tool, given.seed))
+    print(f"seed {given.seed}", *drawn.shares, sep="\n", flush=True)
+    path = FOLDER / f"results-{given.seed}.jsonl"
+    rows, trial = read(path), Trial(drawn.mutants, given.seed)
     counted: list[Row] = []
     for mutant in drawn.mutants:
         if len(counted) == given.first:

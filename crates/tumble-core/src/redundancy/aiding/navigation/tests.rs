@@ -215,7 +215,7 @@ fn a_tolerated_error_of_vertical_force_is_learned_in_seconds() {
 }
 
 #[test]
-fn the_first_velocity_of_an_aiding_measurement_is_that_of_the_set() {
+fn the_first_velocity_of_an_aiding_measurement_is_taken() {
     let aided = Aided {
         value: Vector3::new(3.0, -2.0, 0.5),
         sigma: Vector3::repeat(0.2),
