@@ -1,5 +1,3 @@
-extern crate std;
-
 use super::*;
 use crate::redundancy::draws::Draw;
 
@@ -157,12 +155,14 @@ fn an_innovation_changes_with_the_state_by_its_derivatives() {
         wrong.correct(&error);
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         let innovations = |set: &mut Set| {
-            let level = axes.map(|axis| set.along_level(&axis, &aided));
-            let primary = axes.map(|axis| set.along_primary(&axis, &aided));
-            let all = level.into_iter().chain(primary);
-            let all = all.chain([set.along_heading(&heading, false)]);
-            all.map(|each| each.expect("the heading is known"))
-                .collect::<std::vec::Vec<_>>()
+            core::array::from_fn::<_, 7, _>(|number| {
+                let innovation = match number {
+                    0..3 => set.along_level(&axes[number], &aided),
+                    3..6 => set.along_primary(&axes[number - 3], &aided),
+                    _ => set.along_heading(&heading, false),
+                };
+                innovation.expect("the heading is known")
+            })
         };
         for (right, wrong) in innovations(&mut set).iter().zip(innovations(&mut wrong)) {
             let change = right.of_set - wrong.of_set;
