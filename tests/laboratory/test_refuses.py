@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sqlite3
 import sys
@@ -176,3 +177,28 @@ def test_a_place_of_documents_that_is_none_is_a_fault(tmp_path):
     done = typed("registry", "verify", "--registry", path)
     assert (done.code, done.err) == (3, "")
     assert "cannot be read: embedded null byte" in done.out
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("UPDATE session SET options = '['", ("show", "0042", "--json")),
+        ("UPDATE unit SET identities = '{'", ("show", "0042", "--json")),
+        ("UPDATE calibration SET session = 'none'", ("show", "0042")),
+        ("UPDATE parameter SET measured = '9999-12-31T23:59:59Z'", ("history", "0042")),
+        ("UPDATE decision SET limits = (SELECT document FROM calibration)", ("history", "0042")),
+    ],
+)
+def test_a_row_that_was_changed_ends_no_command_with_a_trace(tmp_path, change, words):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up(limits={"accelerometer": {"bias": 0.5}})))
+    with contextlib.closing(sqlite3.connect(tmp_path / "lab.db")) as connection:
+        for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+            connection.execute(f"DROP TRIGGER {name}")
+        connection.execute(change)
+        connection.commit()
+    done = typed("registry", *words, "--registry", tmp_path / "lab.db")
+    assert done.code in (0, 2)
+    if done.code == 2:
+        assert "check it with tumble registry verify" in one_line(done.err)
+    assert not registry.verify().intact

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 from sqlalchemy import Connection, select
 
 from tumble.calibration.limits import Limits
-from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.results import Row, Tabular
 from tumble.foundation.words import quoted
@@ -24,7 +25,7 @@ from tumble.laboratory.parameter_history import (
     years_of,
 )
 from tumble.laboratory.quality import Capability, Precision, capability, precision
-from tumble.laboratory.registry import Registry, current_units, units_called
+from tumble.laboratory.registry import Registry, current_units, damaged, stored_json, units_called
 from tumble.laboratory.results import ideal, limit_of
 
 
@@ -224,4 +225,8 @@ def _last_limits(registry: Registry, connection: Connection, unit: str) -> Limit
     digest = connection.execute(chosen).scalar()
     if digest is None:
         return None
-    return Limits.model_validate(parse_json(registry.document(str(digest))))
+    content = stored_json(registry.document(str(digest)), "limits")
+    try:
+        return Limits.model_validate(content)
+    except ValidationError as error:
+        raise damaged("limits", mistake_in(error, Limits)) from error

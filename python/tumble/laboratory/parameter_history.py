@@ -28,6 +28,8 @@ MOST_POOLED = 100
 YEAR = 365.25 * 86400.0
 """s."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+LAST_DAY = "9999-12-31"
+"""Last day that a date can state."""
 _NO_DRIFT_SHOWN = "the units of its model show too few changes"
 
 
@@ -134,4 +136,7 @@ def years_of(date: str) -> float:
 
 def date_of(years: float) -> str:
     """Return the day that lies so many years after the beginning of 1970."""
-    return (_EPOCH + timedelta(seconds=years * YEAR)).strftime("%Y-%m-%d")
+    try:
+        return (_EPOCH + timedelta(seconds=years * YEAR)).strftime("%Y-%m-%d")
+    except OverflowError:  # a date that a damaged registry holds
+        return LAST_DAY

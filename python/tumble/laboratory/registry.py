@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from sqlalchemy import Connection, Select, Table, exists, func, insert, or_, select
 
 from tumble.calibration.decision import rule_in_words
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import mistake_in_date
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file
@@ -280,7 +281,7 @@ class Registry:
         """Enter what is stated of the unit of a result that was there already, and was not known of it."""
         c = tables.calibration.c
         key = connection.execute(select(c.unit).where(c.calibration == identity)).scalar_one()
-        (unit,) = current_units(connection, tables.unit.c.unit == key)
+        unit = only_row(current_units(connection, tables.unit.c.unit == key), "unit")
         new = {column: value for column, value in _stated(stated.facts).items() if unit[column] in ("", "[]")}
         if new:
             kept: dict[str, Value] = {column: value for column, value in unit.items() if column != "entry"}
@@ -423,10 +424,11 @@ class Registry:
         with self.database.reading() as connection:
             whole = self._whole_identity(connection, identity)
             c = tables.calibration
-            (calibration,) = _rows(connection, select(c).where(c.c.calibration == whole))
-            (unit,) = current_units(connection, tables.unit.c.unit == calibration["unit"])
+            calibration = only_row(_rows(connection, select(c).where(c.c.calibration == whole)), "result")
+            unit = only_row(current_units(connection, tables.unit.c.unit == calibration["unit"]), "unit")
             key = calibration["session"]
-            (session,) = _rows(connection, select(tables.session).where(tables.session.c.session == key))
+            of_key = select(tables.session).where(tables.session.c.session == key)
+            session = only_row(_rows(connection, of_key), "session")
             return Shown(
                 calibration=calibration,
                 unit=dict(unit),
@@ -445,11 +447,16 @@ class Registry:
 
     def calibration(self, identity: str) -> Calibration:
         """Returns the calibration of a result; raises `TumbleError` where it is missing or was changed."""
+        from yaml import YAMLError
+
         from tumble.calibration.document import Calibration
         from tumble.foundation.bounded_yaml import parse
 
         content = self.document(str(self.show(identity).calibration["document"]))
-        return Calibration.model_validate(parse(content.decode("utf-8-sig"))[1])
+        try:
+            return Calibration.model_validate(parse(content.decode("utf-8-sig"))[1])
+        except (ValueError, YAMLError) as error:
+            raise damaged("numbers of the result", " ".join(str(error).split())[:200]) from error
 
     def units(self, *, model: str | None = None, lot: str | None = None) -> Listing:
         """Return the units, of a model or lot where one is given."""
@@ -650,6 +657,29 @@ def _user() -> str:
     except (OSError, KeyError):
         name = "somebody"
     return f"{name}@{socket.gethostname()}"
+
+
+def only_row(rows: Iterable[Mapping[str, Any]], what: str) -> dict[str, Any]:
+    """Return the one row; raises `RegistryError` where a registry that was damaged has none, or several."""
+    found = [dict(row) for row in rows]
+    if len(found) != 1:
+        raise RegistryError(f"holds {len(found)} rows of one {what}; check it with tumble registry verify")
+    return found[0]
+
+
+def stored_json(content: str | bytes, what: str) -> Any:  # noqa: ANN401 - JSON is anything
+    """Return what stored JSON stands for; raises `RegistryError` where it was damaged."""
+    try:
+        return parse_json(content)
+    except ValueError as error:
+        raise damaged(what, str(error)) from error
+
+
+def damaged(what: str, why: str) -> RegistryError:
+    """Return the error that something stored is not what it should be."""
+    return RegistryError(
+        f"the {what} that it holds are damaged ({why}); check it with tumble registry verify"
+    )
 
 
 def _rows(connection: Connection, chosen: Select[Any]) -> Iterator[Row]:

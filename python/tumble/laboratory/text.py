@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.plain import finite
 from tumble.laboratory.history import Lot, UnitHistory
-from tumble.laboratory.registry import Shown
+from tumble.laboratory.registry import Shown, stored_json
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, round_like
 
 _NEARLY_ONE = 0.999
@@ -74,8 +73,8 @@ def _cells(row: Any) -> tuple[str, str, str]:  # noqa: ANN401 - a row
 
 def shown_content(found: Shown) -> dict[str, Any]:
     """Return a result as plain data."""
-    session = dict(found.session) | {"options": parse_json(str(found.session["options"]))}
-    unit = dict(found.unit) | {"identities": parse_json(str(found.unit["identities"]))}
+    session = dict(found.session) | {"options": stored_json(str(found.session["options"]), "options")}
+    unit = dict(found.unit) | {"identities": stored_json(str(found.unit["identities"]), "identities")}
     content = {
         "result": found.calibration,
         "unit": unit,
