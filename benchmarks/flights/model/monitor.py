@@ -200,22 +200,17 @@ class Monitor:
             self._name(run, unit, now, "aiding")
 
     def _look_at_rest(self, step: int, now: float) -> None:
-        """Names one of two that disagree where physics finds the other sound, or turns a verdict."""
+        """Names one of two that disagree at rest where physics finds the other sound."""
         evidence = self.rests.evidence()
         active = self._active(now)
         disputed = ~np.isnan(self.disputed_since) & (active.sum(axis=1) == 2)
         suspect = np.where(active, evidence, -np.inf)
-        shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest[step]
+        # A disagreement of motion alone, as of a scale, is none that a rest decides.
+        lasting = (self.disputing >= DWELL).any(axis=1)
+        shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest[step] & lasting
         for run in np.nonzero(shown & disputed)[0]:
             worst, other = np.argsort(-suspect[run])[:2]
             if suspect[run, worst] - suspect[run, other] > DECIDED and suspect[run, other] < SOUND:
-                self.voted_out[run, worst] = True
-                self._name(run, worst, now, "rest")
-        for run in np.nonzero(shown & self.voted_out.any(axis=1))[0]:
-            out = np.where(self.voted_out[run], evidence[run], np.inf)
-            worst = int(np.argmax(suspect[run]))
-            if suspect[run, worst] > SOUND + DECIDED and out.min() < SOUND:
-                self.voted_out[run] = False
                 self.voted_out[run, worst] = True
                 self._name(run, worst, now, "rest")
 

@@ -14,8 +14,8 @@ STILL = (0.06, 0.006)
 """m/s^2 and rad/s: largest scatter of windows of a unit at rest, an axis."""
 TURNING = 0.1
 """rad/s: a unit that reads more is no evidence of a rest."""
-CHANGED = (0.025, 0.0025)
-"""m/s^2 and rad/s, 1 sigma of the change of a sound unit from rest to rest."""
+CHANGED = (0.05, 0.0025)
+"""m/s^2 and rad/s, 1 sigma of the change of a sound unit from rest to rest, in another attitude."""
 UNKNOWN = (0.3, 0.03)
 """The same of a unit that no rest has shown yet."""
 CLIPPED = 27.0
