@@ -129,11 +129,13 @@ def test_the_worst_parameter_decides_for_the_unit():
     assert found.parameters[1].probability is None
 
 
-def test_what_the_data_did_not_show_fails():
-    found = decide(RULES[2], [check(float("nan"), "not shown")], {})
+@pytest.mark.parametrize("remark", ["turned about one axis only", ""])
+def test_what_the_data_did_not_show_fails_for_its_reason(remark):
+    found = decide(RULES[2], [check(float("nan"), remark)], {})
     assert found.verdict == "fail"
     assert found.parameters[0].value is None
-    assert "not shown" in found.parameters[0].sentence()
+    reason = remark or "not shown to be within its limit"
+    assert found.parameters[0].sentence() == f"accelerometer bias x was {reason}"
 
 
 def test_nothing_passes_where_u_is_wider_than_the_limit():

@@ -10,9 +10,11 @@ use super::accelerometer::{
 };
 use super::error::MultiposeError;
 use super::gyroscope::{RestDirection, Rotations, Turn, fit_rates};
+use super::held::tremor;
 use super::next_orientation::next_orientation;
 use super::next_turn::next_turn;
 use super::rotation_response::{RateModel, TurnSamples};
+use super::samples::MultiposeSamples;
 use crate::simulate::stream::{StreamPurpose, normal_vector, stream};
 use crate::turntable::flicker::remembered;
 
@@ -211,6 +213,30 @@ fn turn() -> TurnSamples {
 }
 
 #[test]
+fn a_tremor_is_found_beneath_noise_of_the_samples() {
+    const AMPLITUDE: f64 = 0.03;
+    let mut random = stream(7, 0, StreamPurpose::StillNoise);
+    let time: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.005).collect();
+    for (frequency, noise) in [(4.0, 0.0), (9.0, 0.0), (4.0, 0.02), (9.0, 0.02)] {
+        let rate: Vec<[f64; 3]> = time
+            .iter()
+            .map(|t| {
+                let swing = |phase: f64| AMPLITUDE * (std::f64::consts::TAU * frequency * t + phase).sin();
+                (Vector3::new(swing(0.0), swing(1.0), swing(2.0)) + normal_vector(&mut random) * noise).into()
+            })
+            .collect();
+        let samples = MultiposeSamples {
+            time: &time,
+            force: &rate,
+            rate: &rate,
+        };
+        let found = tremor(&samples, (0, time.len())).expect("it trembles");
+        assert!((found.amplitude / AMPLITUDE - 1.0).abs() < 0.05, "{found:?}");
+        assert!((found.frequency / frequency - 1.0).abs() < 0.05, "{found:?}");
+    }
+}
+
+#[test]
 fn a_turn_about_one_axis_comes_out_as_its_angle() {
     let samples = TurnSamples {
         time: (0..=100).map(|k| f64::from(k) * 0.01).collect(),
@@ -221,6 +247,7 @@ fn a_turn_about_one_axis_comes_out_as_its_angle() {
         model: ErrorModel::identity(),
         g_sensitivity: Matrix3::zeros(),
     };
+    assert!((samples.duration() - 1.0).abs() < 1e-12);
     let carried = samples.end_from_start(&errors).expect("invertible") * Vector3::x();
     let expected = Vector3::new(0.7_f64.cos(), -(0.7_f64.sin()), 0.0);
     assert!((carried - expected).amax() < 1e-12, "{carried}");

@@ -232,17 +232,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_better_grade_has_less_bias_and_less_non_orthogonality() {
+    fn a_better_grade_errs_less_in_every_respect_but_noise() {
         let grades = [
             SensorGrade::consumer(),
             SensorGrade::industrial(),
             SensorGrade::tactical(),
             SensorGrade::reference(),
         ];
+        let errors = [
+            |triad: &TriadGrade| triad.turn_on_bias,
+            |triad: &TriadGrade| triad.scale_error,
+            |triad: &TriadGrade| triad.non_orthogonality,
+            |triad: &TriadGrade| triad.alignment,
+            |triad: &TriadGrade| triad.temperature_coefficient,
+        ];
         for pair in grades.windows(2) {
             for triad in [|g: &SensorGrade| g.accelerometer, |g: &SensorGrade| g.gyroscope] {
-                assert!(triad(&pair[1]).turn_on_bias < triad(&pair[0]).turn_on_bias);
-                assert!(triad(&pair[1]).non_orthogonality < triad(&pair[0]).non_orthogonality);
+                for error in errors {
+                    assert!(error(&triad(&pair[1])) < error(&triad(&pair[0])));
+                }
             }
         }
     }

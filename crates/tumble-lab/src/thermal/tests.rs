@@ -92,6 +92,28 @@ fn without_noise_every_coefficient_is_found_exactly() {
 }
 
 #[test]
+fn a_fit_does_not_depend_on_the_unit_of_the_readings() {
+    let (blocks, unit) = (up_and_down(), 1000.0_f64);
+    let means = noisy(&blocks, &TRUTH, 1);
+    let in_unit: Vec<f64> = means.iter().map(|mean| mean * unit).collect();
+    let whitening = Whitening::new(&blocks);
+    let design = DriftDesign::new(&whitening, &blocks, REFERENCE);
+    let (fit, other) = (
+        design.fit(&means, &bias_of(2)).unwrap(),
+        design.fit(&in_unit, &bias_of(2)).unwrap(),
+    );
+    assert!((&other.coefficients / unit - &fit.coefficients).amax() < 1e-9 * fit.coefficients.amax());
+    assert!((&other.covariance / (unit * unit) - &fit.covariance).amax() < 1e-9 * fit.covariance.amax());
+    // A density is one of readings in their unit.
+    let per_reading = |likelihood: f64, other: f64| (likelihood - other) / unit.ln();
+    let (all, free) = (blocks.len() as f64, (blocks.len() - 4) as f64);
+    let shown = per_reading(fit.likelihood, other.likelihood);
+    assert!((shown - all).abs() < 1e-6, "{shown} of {all}");
+    let shown = per_reading(fit.restricted_likelihood, other.restricted_likelihood);
+    assert!((shown - free).abs() < 1e-6, "{shown} of {free}");
+}
+
+#[test]
 fn poses_of_different_specific_force_tell_scale_from_bias() {
     let felt = [9.8, -9.8, 0.0];
     let poses = felt.len();
