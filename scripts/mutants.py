@@ -136,7 +136,7 @@ class Trial:
         if how in SURVIVED and mutant in self.build.numbers:
             wider, test = self.copy.try_native(mutant, self.build.numbers[mutant])
             how = how if wider == "not reached" else wider
-        old, new = lines_changed(mutant)
+        old, new = ("", "") if how == NOT_COMPILED else lines_changed(mutant)
         return {
             "mutant": mutant.name,
             "part": mutant.part,

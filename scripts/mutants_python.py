@@ -94,11 +94,16 @@ def mutants_of(part: str, file: str, text: str, known: Mapping[str, Operator]) -
 
 
 def mutated(text: str, mutant: Mutant) -> str:
-    """Returns the text of a file with the mutant in it."""
+    """Returns the text of a file with the mutant in it.
+
+    Raises SyntaxError where there is none: cosmic-ray lists exceptions of a module, and cannot replace them.
+    """
     name, occurrence = mutant.change.split()
-    altered: str | None = mutate_code(text, get_operator(name)(), int(occurrence))
-    if altered is None:
-        raise ValueError(f"{mutant.name} alters nothing")
+    try:
+        altered = str(mutate_code(text, get_operator(name)(), int(occurrence)))
+    except AttributeError as error:
+        raise SyntaxError(f"{mutant.name} cannot be made") from error
+    ast.parse(altered)
     return altered
 
 
@@ -280,6 +285,8 @@ class Copy:
         try:
             self._write(path, mutated(before, mutant))
             return self._found(self._rings(mutant, self._tests_of(mutant)), {})
+        except SyntaxError:
+            return "does not compile", ""
         finally:
             self._write(path, before)
 

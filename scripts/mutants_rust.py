@@ -75,8 +75,9 @@ def parsed(text: str) -> list[Mutant]:
 
 
 def lines_of_code(text: str) -> int:
-    """Number of lines of a file that are neither blank nor a comment."""
-    return sum(bool(line.strip()) and not line.lstrip().startswith("//") for line in text.splitlines())
+    """Number of lines of a file that are neither blank, nor a comment, nor its tests, which are its end."""
+    lines = text.partition("\n#[cfg(test)]")[0].splitlines()
+    return sum(bool(line.strip()) and not line.lstrip().startswith("//") for line in lines)
 
 
 class Text:
