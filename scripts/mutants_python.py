@@ -82,14 +82,14 @@ def listed() -> list[Mutant]:
 
 
 def mutants_of(part: str, file: str, text: str, known: Mapping[str, Operator]) -> Iterator[Mutant]:
-    """Yields the mutants of one file. Annotations have none: mypy reads them, and no program does."""
-    annotations = list(_annotations(ast.parse(text)))
+    """Yields the mutants of one file, but of what only mypy reads: annotations, options of data classes."""
+    typing = list(_typing(ast.parse(text)))
     nodes = list(ast_nodes(get_ast(text)))
     for name, operator in known.items():
         places = (place for node in nodes for place in operator.mutation_positions(node))
         for occurrence, ((line, column), (end_line, end_column)) in enumerate(places):
             span = Span(line, column + 1, end_line, end_column + 1)
-            if not any(each.contains(span) for each in annotations):
+            if not any(each.contains(span) for each in typing):
                 yield Mutant(part, file, span, f"{name} {occurrence}")
 
 
@@ -107,8 +107,12 @@ def mutated(text: str, mutant: Mutant) -> str:
     return altered
 
 
-def _annotations(tree: ast.AST) -> Iterator[Span]:
+def _typing(tree: ast.AST) -> Iterator[Span]:
+    """Spans of annotations, and of the options of data classes."""
     for node in ast.walk(tree):
+        for decorator in getattr(node, "decorator_list", ()):
+            if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "dataclass":
+                yield _span(decorator)
         for name in ("annotation", "returns"):
             if (each := getattr(node, name, None)) is not None:
                 yield _span(each)
