@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import threading
+from collections.abc import Collection
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Final
@@ -37,7 +38,9 @@ ROUTER: Final = "tcp/localhost:7447"
 CONFIG: Final = "ZENOH_SESSION_CONFIG_URI"
 """Environment variable with a configuration file, as for nodes of rmw_zenoh."""
 FOUND_WITHIN: Final = 3.0
-"""s to look for who sends a topic."""
+"""s to look for who sends a topic, where others are found."""
+ANYBODY_WITHIN: Final = 10.0
+"""s to look for anybody: on a busy computer a session takes seconds to learn of the others."""
 _TOKENS: Final = "@ros2_lv"
 _PARTS: Final = 13
 _KIND, _TOPIC, _TYPE, _QUALITY = 5, 9, 10, 12
@@ -115,15 +118,16 @@ class ZenohSource(MessageSource):
             key = imu_key(domain, self._field_topic, FIELD_TYPE)
             session.declare_subscriber(key, lambda sample: fields.put(bytes(sample.payload)))
         session.declare_subscriber(imu_key(domain, self.topic), take)
-        until = clock.now() + FOUND_WITHIN
-        senders: list[ZenohSender] = []
+        began = clock.now()
+        # An answer may come too late to one look, and in time to another.
+        senders: dict[ZenohSender, None] = {}
         # Senders that are no nodes of ROS, such as bridges, announce nothing, but their messages come.
-        while not clock.wait(come, 0.05) and clock.now() < until:
-            senders = _senders(session, domain)
+        while not clock.wait(come, 0.05) and _goes_on(began, senders):
+            senders |= dict.fromkeys(_senders(session, domain))
             if any(each.topic == self.topic and each.type == IMU_TYPE for each in senders):
                 return
         if not come.is_set():
-            raise LogError(_nobody(self._address, domain, self.topic, senders))
+            raise LogError(_nobody(self._address, domain, self.topic, list(senders)))
 
 
 def list_topics(address: Address) -> list[SentTopic]:
@@ -135,8 +139,8 @@ def list_topics(address: Address) -> list[SentTopic]:
     domain = ros_domain(address)
     session = _session(address)
     try:
-        until = clock.now() + FOUND_WITHIN
-        while not (senders := _senders(session, domain)) and clock.now() < until:
+        began = clock.now()
+        while not (senders := _senders(session, domain)) and _goes_on(began, senders):
             clock.sleep(0.05)
         imus = {each.topic for each in senders if each.type == IMU_TYPE}
         watches = {topic: RateWatch() for topic in imus}
@@ -177,6 +181,11 @@ def sender_of(token: str) -> ZenohSender | None:
     reliability, durability, *_ = [*parts[_QUALITY].split(":"), "", ""]
     quality = f"{_RELIABILITIES.get(reliability, '?')}, {_DURABILITIES.get(durability, '?')}"
     return ZenohSender(parts[_TOPIC].replace("%", "/"), parts[_TYPE].replace("%", "/"), quality)
+
+
+def _goes_on(began: float, senders: Collection[ZenohSender]) -> bool:
+    """Returns whether the search that began at a time goes on."""
+    return clock.now() - began < (FOUND_WITHIN if senders else ANYBODY_WITHIN)
 
 
 def _senders(session: zenoh.Session, domain: int) -> list[ZenohSender]:
