@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
+
+from scipy.stats import binomtest
 
 
 class Span(NamedTuple):
@@ -73,11 +74,8 @@ def wilson(found: int, tried: int) -> tuple[float, float]:
     """Returns the ends of the 95 % interval of a share (Wilson)."""
     if not tried:
         return 0.0, 1.0
-    z = 1.959964
-    share, widening = found / tried, z * z / tried
-    middle = share + widening / 2
-    half = z * math.sqrt(share * (1 - share) / tried + widening / (4 * tried))
-    return (middle - half) / (1 + widening), (middle + half) / (1 + widening)
+    low, high = binomtest(found, tried).proportion_ci(method="wilson")
+    return float(low), float(high)
 
 
 def table(outcomes: Iterable[tuple[str, bool]]) -> list[str]:
