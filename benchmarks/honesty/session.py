@@ -180,7 +180,7 @@ def on_the_spot(rng: np.random.Generator) -> Session:
     start = floor @ mounted
     turns = float(rng.uniform(2.0, 3.0)) * 2.0 * np.pi
     seconds = turns / TURN_RATE
-    # The axis of the robot is that of the floor, in body axes; a turn is made of halves of less than pi.
+    # The robot turns about the vertical of the floor, here in body axes.
     axis = mounted.T @ np.array([0.0, 0.0, 1.0])
     segments = [Segment(6.0, np.zeros(3), 0)]
     for sign in (1.0, -1.0):
