@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from tumble.foundation.catalogue import PLACE
+from tumble.foundation.template import PLACE
 from tumble.laboratory.certificate.catalogue import CONTEXT as CERTIFICATES
 from tumble.report.translation import INLINE_TAGS
 

@@ -22,7 +22,8 @@ from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 from catalogue_sources import ROOT, SourceText, source_texts
 
-from tumble.foundation.catalogue import PART, PLACE, SEAM, TERM, CatalogueText, catalogue_path, read_catalogue
+from tumble.foundation.catalogue import PART, SEAM, TERM, CatalogueText, catalogue_path, read_catalogue
+from tumble.foundation.template import PLACE
 from tumble.foundation.translation import ENGLISH, LANGUAGES
 
 GLOSSARY = ROOT / "docs" / "glossary.md"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,10 +14,13 @@ from hypothesis import strategies as st
 from hostile import few, for_long
 from tumble.bench.authority import acting
 from tumble.bench.bench import STATE, Bench
+from tumble.bench.run_commands import COMMANDS, CommandLog
 from tumble.bench.run_folder import ORDER, OUTCOME, RunFolder, runs_in
 from tumble.bench.settings import BenchSettings
 from tumble.bench.sources import BenchSource
+from tumble.foundation.errors import PlaceError
 from tumble.foundation.message import message
+from tumble.foundation.translation import LANGUAGES, speaking, translated
 from tumble.logs.options import ReadOptions
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
@@ -55,6 +59,51 @@ def test_a_run_comes_back_from_its_folder_as_it_was(folder):
     assert [type(each) for each in run.order.options.values()] == [float, bool, str]
     assert str(outcome.reasons[0]) == "a was not turned"
     assert outcome.units[0].page == run.path / "a.html"
+
+
+def test_commands_are_known_however_long_their_file(folder):
+    (run,) = runs_in(folder)
+    path = run.path / "session" / COMMANDS
+    path.parent.mkdir()
+    log = CommandLog(run.path)
+    log.add("redo", "pose 0")
+    with path.open("ab") as file:
+        for each in (b"\xff\xfe", b"[" * 100_000, b'{"command": {}, "elapsed": "x"}', b"x" * (5 << 20)):
+            file.write(each + b"\n")
+    log.add("redo", "pose 1")
+    assert [each.subject for each in log.left(frozenset({"redo"}))] == ["pose 0", "pose 1"]
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(PlaceError, match="is a device or a pipe"):
+        log.left(frozenset({"redo"}))
+
+
+HOSTILE_MESSAGES = (
+    {"text": "{unit:>9999999}", "values": {"unit": "a"}},
+    {"text": "{unit.__class__.__init__}", "values": {"unit": "a"}},
+    {"text": "{0} {unit[0]} {unit!r} {", "values": {"unit": "a"}},
+    {"text": "{unit} was not turned", "values": {"other": "a"}},
+    {"text": "{unit}" * 10_000, "values": {"unit": "x" * 10_000}},
+    {"text": "{unit}" * 100, "values": {"unit": {"text": "{unit}" * 100, "values": {"unit": "x" * 1000}}}},
+    {"text": "{unit} was not turned", "values": {"unit": "\x1b[31m{unit}"}},
+)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_places_of_a_stored_message_are_names_and_no_more(folder, language):
+    (path,) = folder.rglob(OUTCOME)
+    content, shown = json.loads(path.read_text()), []
+    for each in HOSTILE_MESSAGES:
+        content["outcome"]["reasons"] = [each]
+        path.write_text(json.dumps(content))
+        found = runs_in(folder)[0].outcome()
+        if found is None:
+            continue
+        (reason,) = found[0].reasons
+        with speaking(language):
+            shown += [str(reason), translated(reason.text, **reason.values)]
+    assert len(shown) == 10
+    assert max(map(len, shown)) < 100
 
 
 @st.composite

@@ -6,20 +6,22 @@ A restarted server finds there which of them were not yet carried out.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from tumble.foundation.bounded_json import parse_json
-from tumble.foundation.documents import LARGEST_DOCUMENT
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.documents import well_typed
 from tumble.foundation.file_names import SESSION_FOLDER
-from tumble.foundation.file_reading import read_text_whole
-from tumble.foundation.file_status import is_folder
+from tumble.foundation.file_reading import bounded_lines, opened
+from tumble.foundation.file_status import exists, is_folder
 from tumble.foundation.files import append_line
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 
 COMMANDS = "commands.jsonl"
+LONGEST_LINE = 1 << 16
+"""Bytes of a command; its subject is a pose, or a reason in words."""
 CARRIED_OUT = "carried out"
 """Word of a line that ends the command of the same subject before it."""
 
@@ -51,13 +53,17 @@ class CommandLog:
         given = GivenCommand(command, subject, elapsed, date_now())
         append_line(self._path, json.dumps(finite(asdict(given))))
 
-    def commands(self) -> list[GivenCommand]:
-        """Returns the commands in their order; a line that a power cut left unfinished is none."""
-        try:
-            lines = read_text_whole(self._path, LARGEST_DOCUMENT).splitlines()
-        except TumbleError:
-            return []
-        return [found for line in lines if (found := _command(line)) is not None]
+    def commands(self) -> Iterator[GivenCommand]:
+        """Returns the commands in their order; a line that a power cut left unfinished is none.
+
+        The file of a run may be of any length. Raises `PlaceError` where it is none.
+        """
+        if not exists(self._path):
+            return
+        with opened(self._path) as file:
+            for _, line in bounded_lines(file, LONGEST_LINE):
+                if (found := _command(line)) is not None:
+                    yield found
 
     def left(self, actions: frozenset[str]) -> list[GivenCommand]:
         """Returns those of some actions that were not carried out, each once."""
@@ -70,10 +76,11 @@ class CommandLog:
         return list(waiting.values())
 
 
-def _command(line: str) -> GivenCommand | None:
+def _command(line: bytes | None) -> GivenCommand | None:
     try:
-        content = parse_json(line)
+        content = parse_json(line or b"")
         elapsed = content.pop("elapsed")
-        return GivenCommand(**content, elapsed=float("nan") if elapsed is None else float(elapsed))
+        given = GivenCommand(**content, elapsed=float("nan") if elapsed is None else float(elapsed))
+        return well_typed(given)
     except (ValueError, KeyError, TypeError, AttributeError):
         return None

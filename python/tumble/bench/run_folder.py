@@ -31,6 +31,8 @@ from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutco
 ORDER, OUTCOME = "order.json", "outcome.json"
 ACCEPTED = "accepted"
 """Decision of an operator on an outcome; empty for none."""
+LONGEST_MESSAGE = 1024
+"""Letters of a message, and of what stands in each of its places; twice the longest of ours."""
 _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
@@ -180,6 +182,9 @@ def _messages(content: list[dict[str, Any]]) -> tuple[Message, ...]:
         values = {
             key: one(value) if isinstance(value, dict) else value for key, value in each["values"].items()
         }
+        # From the innermost outwards, so that no text grows beyond its bound before it is held against it.
+        if max(map(len, (each["text"], *map(str, values.values())))) > LONGEST_MESSAGE:
+            raise ValueError(f"a message of more than {LONGEST_MESSAGE} letters")
         return Message(each["text"], values)
 
     return tuple(map(one, content))

@@ -11,10 +11,9 @@ from typing import TypeAlias
 
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.file_reading import own_text
+from tumble.foundation.template import PLACE, filled
 
 FOLDER = Path(__file__).parents[1] / "locale"
-PLACE = re.compile(r"\{(\w+)\}")
-"""A place of a template; doubled braces are no part of our texts."""
 NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "serial", "page", "pages"})
 """Places that hold names: a single word stays as it is, unless the catalogue has it."""
 
@@ -107,7 +106,7 @@ class Catalogue:
         """Returns the translation of a text or of its parts; the text itself where there is none."""
         if values:
             found = self._texts.get((context, text))
-            return text.format_map(values) if found is None else self._filled(found, values)
+            return filled(text, values) if found is None else self._filled(found, values)
         found = self._found(text, context) if _WORD.search(text) else None
         return text if found is None else found
 
@@ -185,11 +184,10 @@ class Catalogue:
         return self._texts.get((SEAM, seam), seam)
 
     def _filled(self, translation: str, values: Mapping[str, object]) -> str:
-        filled = PLACE.sub(lambda place: self._value(place[1], values), translation)
-        return _BETWEEN_CHINESE.sub("", filled)
+        return _BETWEEN_CHINESE.sub("", filled(translation, values, self._value))
 
-    def _value(self, place: str, values: Mapping[str, object]) -> str:
-        value = str(values[place])
+    def _value(self, place: str, given: object) -> str:
+        value = str(given)
         if _is_name(place, value):
             return self._texts.get(("", value), value)
         return self.translated(value)

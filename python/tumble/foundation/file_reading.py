@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -30,16 +31,35 @@ def read_whole(
     larger file and one that cannot be read. No more than a byte beyond the limit is read, whatever the file
     system states as its size.
     """
+    with opened(path, what, remedy=remedy, error=error) as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise error(f"{path}: is larger than {_size(largest)}, and no {what}; {remedy}")
+    return content
+
+
+@contextmanager
+def opened(
+    path: Path | str,
+    what: str = "file",
+    *,
+    remedy: str = "give another file",
+    error: type[TumbleError] = PlaceError,
+) -> Iterator[BinaryIO]:
+    """Opens a file of any length to be read piece by piece, which is then protected as an input.
+
+    Raises as `read_whole`, whatever the length.
+    """
     try:
         if is_special(path):
             raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
-        opened = os.open(path, _HOW)
-        with os.fdopen(opened, "rb") as file:
-            mode = os.fstat(opened).st_mode
+        descriptor = os.open(path, _HOW)
+        with os.fdopen(descriptor, "rb") as file:
+            mode = os.fstat(descriptor).st_mode
             if not stat.S_ISREG(mode):  # put there since
                 raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
             note_input(Path(path))
-            content = file.read(largest + 1)
+            yield file
     except PlaceError as hidden:
         raise error(str(hidden)) from hidden
     except FileNotFoundError as missing:
@@ -48,9 +68,6 @@ def read_whole(
         raise error(f"{path}: is a folder, and no {what}; {remedy}") from folder
     except (OSError, ValueError) as reason:
         raise error(unusable(path, reason)) from reason
-    if len(content) > largest:
-        raise error(f"{path}: is larger than {_size(largest)}, and no {what}; {remedy}")
-    return content
 
 
 def read_text_whole(

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias, Union
 
+from tumble.foundation.template import filled
+
 MessageValue: TypeAlias = Union[str, int, float, "Message"]
 """A name or a number, put as it is, or a message of its own."""
 
@@ -21,7 +23,7 @@ class Message:
 
     def __str__(self) -> str:
         """Returns the English text with its values."""
-        return self.text.format_map(self.values) if self.values else self.text
+        return filled(self.text, self.values)
 
     def __bool__(self) -> bool:
         """Returns whether there is anything to show."""

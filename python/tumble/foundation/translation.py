@@ -72,7 +72,11 @@ def translated(text: str, /, *, context: str = "", **values: object) -> str:
     """
     code = _language.get()
     if code == ENGLISH:
-        return text.format_map(values) if values else text
+        if not values:
+            return text
+        from tumble.foundation.template import filled
+
+        return filled(text, values)
     from tumble.foundation.catalogue import catalogue
 
     return catalogue(code).translated(text, context, values)
