@@ -113,7 +113,7 @@ def lines_of(client):
     [
         ("", "no answer to 'AXIS1:POS"),
         ("ERR 12\n", "refused 'AXIS1:POS"),
-        ("north\n", "replied 'north'"),
+        ("north\n", "replied 'north' to 'AXIS1:POS?'"),
     ],
 )
 def test_silence_and_refusals_are_one_line_and_stop_the_table(reply, problem):
@@ -280,6 +280,11 @@ def test_a_rate_is_never_written_larger_than_it_is(value, digits, what):
         (("[-185.0, 185.0]", "[185.0, -185.0]"), "the lowest, then a higher"),
         (("name: inner", "name: outer"), "two axes are called"),
         (("table-profile/1", "poses/1"), "is a pose list"),
+        (('"AXIS{axis}:STOP"', '" "'), "commands.stop is empty, which commands nothing"),
+        (('"AXIS{axis}:STOP"', '"AXIS{axis}:HÄLT"'), "cannot be sent, as it is not ASCII"),
+        (('number: "2"', 'number: "²"'), "cannot be sent, as it is not ASCII"),
+        (('"AXIS{axis}:STOP"', '"AXIS{axis:1}:STOP"'), "states digits of an axis"),
+        (("AXIS{axis}:POS {", "AXIS1:POS {"), "moves one of 2 axes"),
     ],
 )
 def test_a_mistake_in_a_profile_is_one_line(tmp_path, change, problem):

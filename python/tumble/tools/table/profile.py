@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from tumble.foundation.documents import Document, Vector, read_document
 from tumble.foundation.errors import TableError
@@ -24,6 +24,8 @@ SCHEMA: Literal["tumble-table-profile/1"] = "tumble-table-profile/1"
 FIELD = re.compile(r"\{(?P<name>[a-z]*)(?::(?P<sign>\+?)(?P<digits>\d?))?\}")
 """`{angle}`, `{angle:3}` with three digits after the point, `{angle:+3}` with its sign always."""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+PER_AXIS = "{axis}"
+"""Field of a command that is sent once for each axis."""
 FORMS = {"axis": r"\S*?", "status": r"(?:0[xX]|#[hH])?[0-9A-Fa-f]+"}
 """Forms of fields other than numbers."""
 DIGITS = 4
@@ -46,6 +48,17 @@ BitMask = Annotated[int, Field(ge=0), BeforeValidator(_bits)]
 """Bits of a status."""
 
 
+def _sendable(text: str) -> str:
+    """Refuses text that no line carries: found at a stop, it would leave the table moving."""
+    if not text.isascii():
+        raise ValueError(f"{text!r} cannot be sent, as it is not ASCII; write it in letters of the table")
+    return text
+
+
+Sent = Annotated[str, AfterValidator(_sendable)]
+"""Text that goes over the line to the table, or comes from it."""
+
+
 class Units(Document):
     """Units of all numbers in this file and on the line."""
 
@@ -66,11 +79,11 @@ class Units(Document):
 class Line(Document):
     """Framing of the bytes in both directions."""
 
-    write_end: str = "\n"
+    write_end: Sent = "\n"
     """End of every command and query."""
-    read_end: Annotated[str, Field(min_length=1)] = "\n"
+    read_end: Annotated[Sent, Field(min_length=1)] = "\n"
     """End of every reply, where there is no prompt."""
-    prompt: Annotated[str, Field(min_length=1)] | None = None
+    prompt: Annotated[Sent, Field(min_length=1)] | None = None
     """Prompt of the table when it is ready again, after every command and query; none if not given."""
     echo: bool = False
     """Indicates whether the table repeats a command before it replies."""
@@ -87,7 +100,7 @@ class ProfileAxis(Document):
 
     name: Annotated[str, Field(min_length=1)]
     """Name in messages and `--table-limits`."""
-    number: str = ""
+    number: Sent = ""
     """Text that replaces `{axis}` on the line."""
     about: Vector
     """Direction it turns about where all angles are zero: x and y level, z up."""
@@ -124,6 +137,8 @@ def _fields(text: str, allowed: tuple[str, ...]) -> str:
     """Checks the fields of a command; raises `ValueError` for an unknown one."""
     left = FIELD.sub("", text)
     unknown = [match["name"] for match in FIELD.finditer(text) if match["name"] not in allowed]
+    if any(match["name"] == "axis" and match[0] != PER_AXIS for match in FIELD.finditer(text)):
+        raise ValueError(f"{text!r} states digits of an axis, which has none; write {PER_AXIS}")
     if "{" in left or "}" in left or unknown:
         known = ", ".join(f"{{{name}}}" for name in allowed) or "none"
         raise ValueError(f"{text!r} holds a field that is none of its own; known here: {known}")
@@ -143,17 +158,17 @@ FIELDS_OF_COMMANDS = {
 class Commands(Document):
     """Commands to the table; a command is sent once for each axis where it holds `{axis}`."""
 
-    enable: tuple[str, ...] = Field(default=(), strict=False)
+    enable: tuple[Sent, ...] = Field(default=(), strict=False)
     """Sent before the first motion, in this order."""
-    acceleration: str | None = None
+    acceleration: Sent | None = None
     """Sets the acceleration of motions to come: `{acceleration}`."""
-    speed: str | None = None
+    speed: Sent | None = None
     """Sets the largest rate of a motion to an angle: `{rate}`."""
-    goto: str | None = None
+    goto: Sent | None = None
     """Moves to an angle: `{angle}`; may also hold `{rate}` and `{acceleration}` of that motion."""
-    rate: str | None = None
+    rate: Sent | None = None
     """Turns at a rate until the next command: `{rate}`; may also hold `{acceleration}`."""
-    stop: str
+    stop: Sent
     """Brings the table to rest."""
 
     @field_validator("enable")
@@ -170,6 +185,8 @@ class Commands(Document):
         needed, *extra = FIELDS_OF_COMMANDS[command]
         if needed and needed not in [match["name"] for match in FIELD.finditer(text)]:
             raise ValueError(f"{text!r} has no {{{needed}}}, so that it could not say which")
+        if not text.strip():
+            raise ValueError("is empty, which commands nothing; give the words of the table")
         return _fields(text, ("axis", *filter(None, (needed, *extra))))
 
     @model_validator(mode="after")
@@ -182,7 +199,7 @@ class Commands(Document):
 class Query(Document):
     """A question, asked once for each axis where it holds `{axis}`."""
 
-    send: str
+    send: Sent
     reply: str
     """Pattern of the reply, `{angle}` for a number; blanks at either end do not count."""
 
@@ -290,6 +307,10 @@ class TableProfile(Document):
 
     def _objections(self) -> Iterator[str]:
         names = [axis.name for axis in self.axes]
+        for command, (figure, *_) in FIELDS_OF_COMMANDS.items() if len(names) > 1 else ():
+            text = getattr(self.commands, command)
+            if figure and text is not None and PER_AXIS not in text:
+                yield f"commands.{command} {text!r} moves one of {len(names)} axes; write {PER_AXIS} in it"
         if len(set(names)) < len(names):
             yield f"two axes are called {max(names, key=names.count)!r}; give each its own name"
         if self.commands.goto is not None and self.queries.position is None:

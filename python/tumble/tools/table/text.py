@@ -15,7 +15,7 @@ from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.logs.optional import imported
 from tumble.tools.table.axes import Axis
-from tumble.tools.table.profile import Query, TableProfile, load_profile, pattern, written
+from tumble.tools.table.profile import PER_AXIS, Query, TableProfile, load_profile, pattern, written
 from tumble.tools.table.registry import TableAddress
 
 BACKEND = "@py"
@@ -126,11 +126,11 @@ class TextRateTable:
         query = self._profile.queries.settled
         if query is None:
             return clock.now() >= self._at_speed
-        for reply in self._asked(query):
+        for text, reply in self._asked(query):
             try:
                 settled = query.is_settled(reply)
             except ValueError as error:
-                raise TableError(f"{self.name}: replied {reply!r} to {query.send!r}, {error}") from None
+                raise TableError(f"{self.name}: replied {reply!r} to {text!r}, {error}") from None
             if not settled:
                 return False
         return True
@@ -142,22 +142,20 @@ class TextRateTable:
             return np.full(len(self.axes), np.nan)
         form, factor = pattern(query.reply), self._profile.units.factor("angle")
         angles = []
-        for reply in self._asked(query):
+        for text, reply in self._asked(query):
             found = form.fullmatch(reply)
             if found is None:
-                raise TableError(
-                    f"{self.name}: replied {reply!r} to {query.send!r}, expected {query.reply!r}"
-                )
+                raise TableError(f"{self.name}: replied {reply!r} to {text!r}, expected {query.reply!r}")
             angle = float(found["angle"]) * factor
             if not math.isfinite(angle):
-                raise TableError(f"{self.name}: replied {reply[:40]!r} to {query.send!r}, which is no angle")
+                raise TableError(f"{self.name}: replied {reply[:40]!r} to {text!r}, which is no angle")
             angles.append(angle)
         # A table that is asked once for all its axes answers for all of them.
         known: FloatArray = np.broadcast_to(np.array(angles), (len(self.axes),)).copy()
         return known
 
-    def _asked(self, query: Query) -> list[str]:
-        return [self._exchange(text, replied=True) for text in self._each(query.send)]
+    def _asked(self, query: Query) -> list[tuple[str, str]]:
+        return [(text, self._exchange(text, replied=True)) for text in self._each(query.send)]
 
     def _command(self, text: str | None, **values: FloatArray) -> None:
         """Sends a command, once for each axis where it names one; nothing where the profile has none."""
@@ -184,7 +182,7 @@ class TextRateTable:
 
     def _each(self, text: str, **values: FloatArray) -> list[str]:
         numbers = self._profile.numbers()
-        count = len(numbers) if "{axis}" in text else 1
+        count = len(numbers) if PER_AXIS in text else 1
         in_units = {key: each / self._profile.units.factor(key) for key, each in values.items()}
         return [
             written(text, numbers[axis], **{key: float(each[axis]) for key, each in in_units.items()})
