@@ -7,10 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from made_up_calibrations import made_up, save
+from made_up_certificates import certificate
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate import record
+from tumble.laboratory.certificate.model import Certificate
 from tumble.laboratory.certificate.numbering import first_free, parse_pattern
 from tumble.laboratory.registry import Registry
 
@@ -37,6 +40,19 @@ def test_numbers_are_unique_and_without_gaps(registry, results):
     assert numbers == ["IMU-2026-0001", "IMU-2026-0002", "IMU-2026-0003"]
     assert record.issue(registry, PATTERN, "2027-01-02", [results[3]], make).number == "IMU-2027-0001"
     assert registry.verify().intact
+
+
+@pytest.mark.parametrize(
+    "day", ["2026-02-30", "2026-13-01", "0000-01-01", "2026-11-2", "\uff12026-01-01", "2026-11-26\n"]
+)
+@pytest.mark.parametrize("place", ["issued", "begun", "day"])
+def test_each_day_of_a_certificate_is_one_of_the_calendar(day, place):
+    content = certificate().content()
+    changed = content if place == "issued" else content["calibrated"][0]
+    assert changed[place].startswith("2026-11-2")
+    changed[place] = day
+    with pytest.raises(ValidationError, match=r"calendar|pattern"):
+        Certificate.model_validate(content)
 
 
 def test_a_certificate_that_fails_leaves_its_number_free(registry, results):

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from tumble.calibration.decision import Conformity
 from tumble.calibration.document import Covariance
+from tumble.foundation.days import day_of
 from tumble.foundation.documents import Document, Matrix, Vector
 from tumble.foundation.units import Triad
 
@@ -43,7 +44,15 @@ def line_of(text: str) -> str:
 CertificateLine: TypeAlias = Annotated[str, AfterValidator(line_of)]
 Needed: TypeAlias = Annotated[str, AfterValidator(line_of), Field(min_length=1)]
 Decimal: TypeAlias = Annotated[str, Field(pattern=f"^{_DECIMAL}$")]
-Day: TypeAlias = Annotated[str, Field(pattern="^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
+
+
+def _day(text: str) -> str:
+    if day_of(text) is None:
+        raise ValueError("is no day of a calendar; give one such as 2026-11-22")
+    return text
+
+
+Day: TypeAlias = Annotated[str, Field(pattern="^[0-9]{4}-[0-9]{2}-[0-9]{2}$"), AfterValidator(_day)]
 
 
 class Party(Document):
