@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -14,7 +15,8 @@ from hypothesis import strategies as st
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
 from tumble.fleet import parts
-from tumble.fleet.job import load_job
+from tumble.fleet.inputs import inputs_of
+from tumble.fleet.job import FleetJob, load_job
 from tumble.fleet.ledger import JobStatus, begin, write_status
 from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
 from tumble.fleet.places import FileStore, StoreError
@@ -51,10 +53,10 @@ def hostile_rows(draw, rows):
     return found
 
 
-def written(folder, table):
+def written(folder, table, **options):
     path = folder / "parts" / "day=x" / "a.parquet"
     path.parent.mkdir(parents=True, exist_ok=True)
-    pq.write_table(table, path, compression="zstd")
+    pq.write_table(table, path, compression="zstd", **options)
     return path
 
 
@@ -118,6 +120,47 @@ def test_a_part_that_unpacks_without_bound_is_refused(tmp_path, rows, monkeypatc
     with pytest.raises(StoreError, match="unpacks to 8 MiB"):
         exit_codes(FileStore(str(tmp_path)))
     assert LARGEST_PART > MOST_BYTES
+
+
+def repeated(text, times):
+    """A text for each of so many rows, of which Parquet stores one."""
+    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(times, np.int32)), pa.array([text]))
+
+
+def with_repeated(rows, where):
+    """A part of a few kilobytes in which one text of a megabyte stands for many, or a number for millions."""
+    whole = pa.Table.from_pylist(rows[:1], SCHEMA)
+    if where == "unit":
+        whole = pa.concat_tables([whole] * 2000)
+        return whole.set_column(SCHEMA.get_field_index("unit"), "unit", repeated("x" * (1 << 20), 2000))
+    count = 2000 if where == "name" else 3_000_000
+    names = repeated("x" * (1 << 20) if where == "name" else "x", count)
+    unit, zeros = repeated("m", count), pa.array(np.zeros(count))
+    parameters = pa.StructArray.from_arrays(
+        [names, unit, zeros, zeros, zeros], ["name", "unit", "value", "u", "common"]
+    )
+    offsets = pa.array([0, count], pa.int32())
+    column = pa.ListArray.from_arrays(offsets, parameters)
+    return whole.set_column(SCHEMA.get_field_index("parameters"), "parameters", column)
+
+
+@pytest.mark.parametrize("where", ["unit", "name", "count"])
+def test_a_text_that_stands_for_many_is_bounded_before_it_is_unpacked(tmp_path, rows, where):
+    path = written(tmp_path, with_repeated(rows, where), store_schema=False)
+    assert path.stat().st_size < 1 << 18
+    found = parts.packed_file(path, "a part").read()
+    assert found.nbytes < 10 * MOST_BYTES
+    with pytest.raises(StoreError, match=r"unpacks to \d+ MiB, and to 1024 at most"):
+        list(parts.tables(FileStore(str(tmp_path))))
+
+
+def test_a_text_of_a_manifest_that_stands_for_many_is_bounded(tmp_path):
+    manifest = tmp_path / "manifest.parquet"
+    place = repeated("x" * (8 << 20), 256)
+    pq.write_table(pa.table({"place": place}), manifest, compression="zstd", store_schema=False)
+    job = FleetJob(procedure="spin", inputs=str(manifest), results=str(tmp_path / "results"))
+    with pytest.raises(StoreError, match="unpacks to 2056 MiB"):
+        list(inputs_of(job))
 
 
 @pytest.mark.parametrize("name", ["job.json", "status.json"])

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import PurePosixPath
@@ -210,20 +210,20 @@ def _listed(manifest: str) -> Iterator[FleetInput]:
 
 
 def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    import pyarrow as pa  # type: ignore[import-untyped]
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-    from tumble.fleet.parts import refuse_large
+    from tumble.fleet.parts import packed_file, unpacked
     from tumble.fleet.places import FileStore, store_error
 
     place = FileStore(manifest)
     number = 0
     try:
         with place.files.open(place.root, "rb") as file:
-            table = pq.ParquetFile(file)
-            refuse_large(table, manifest)
-            known = _columns_of(manifest, table.schema_arrow.names)
-            for some in table.iter_batches(_ROWS_AT_ONCE, columns=known):
-                for row in some.to_pylist():
+            schema = pq.ParquetFile(file).schema_arrow
+            known = _columns_of(manifest, schema)
+            for some in packed_file(file, manifest).iter_batches(_ROWS_AT_ONCE, columns=known):
+                for row in unpacked(pa.Table.from_batches([some]), schema, manifest).to_pylist():
                     number += 1
                     _refuse_unfit(f"{shown(manifest)}: row {number}", row)
                     yield number, row
@@ -235,10 +235,10 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
         raise InputsError(f"{shown(manifest)}: lists no inputs; give a row for each")
 
 
-def _columns_of(manifest: str, names: Sequence[str]) -> list[str]:
-    if "place" not in names:
+def _columns_of(manifest: str, schema: Any) -> list[str]:  # noqa: ANN401 - pyarrow
+    if "place" not in schema.names:
         raise InputsError(f"{shown(manifest)}: has no column place; give each input's path or URL in it")
-    return [name for name in ("place", "options", *COLUMNS) if name in names]
+    return [name for name in ("place", "options", *COLUMNS) if name in schema.names]
 
 
 def _refuse_unfit(about: str, row: Mapping[str, Any]) -> None:

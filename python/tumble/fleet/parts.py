@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.fleet.places import FileStore, StoreError, store_error
@@ -20,6 +21,8 @@ FOLDER = "parts"
 ENDING = ".parquet"
 LARGEST_PART = 1 << 30
 """Bytes of a file of Parquet once it is unpacked."""
+_VALUE_BYTES = 100
+"""Bytes of a number or text of a part while it is summed up."""
 _STATED = {"name", "unit", "sha256", "text"}
 """Members of parameters and documents that each of them has."""
 UNKNOWN_DAY = "unknown"
@@ -139,7 +142,7 @@ def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[p
     for path in results.names(FOLDER, ENDING):
         try:
             with results.files.open(path, "rb") as file:
-                table = _whole_part(pq.ParquetFile(file), path, columns)
+                table = _whole_part(file, path, columns)
         except StoreError:
             raise
         except Exception as error:  # of the store's library, or of pyarrow in a file of others
@@ -147,24 +150,58 @@ def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[p
         yield table
 
 
-def refuse_large(file: Any, path: str) -> None:  # noqa: ANN401 - pyarrow
-    """Raises `StoreError` where a file of Parquet unpacks to more than `LARGEST_PART`."""
-    size = sum(file.metadata.row_group(n).total_byte_size for n in range(file.metadata.num_row_groups))
+def packed_file(file: Any, path: str, value_bytes: int = 1) -> Any:  # noqa: ANN401 - pyarrow
+    """Opens a file of Parquet of which a text that stands for many is kept once, until it is held to a bound.
+
+    Raises `StoreError` where it unpacks to more than `LARGEST_PART`, as the file itself states, and with so
+    many bytes for each value that are held at a time.
+    """
+    data = pq.ParquetFile(file).metadata
+    chunks = [
+        data.row_group(group).column(place)
+        for group in range(data.num_row_groups)
+        for place in range(data.num_columns)
+    ]
+    _refuse_large(sum(each.total_uncompressed_size + value_bytes * each.num_values for each in chunks), path)
+    texts = sorted({each.path_in_schema for each in chunks if each.physical_type == "BYTE_ARRAY"})
+    return pq.ParquetFile(file, read_dictionary=texts)
+
+
+def unpacked(packed: pa.Table, schema: pa.Schema, path: str) -> pa.Table:
+    """Returns rows of a `packed_file` in the types of a schema; raises `StoreError` where they are large."""
+    _refuse_large(sum(map(_unpacked_size, packed.columns)), path)
+    return packed.cast(pa.schema([schema.field(name) for name in packed.column_names]))
+
+
+def _refuse_large(size: int, path: str) -> None:
     if size > LARGEST_PART:
         raise StoreError(f"{shown(path)}: unpacks to {size >> 20} MiB, and to {LARGEST_PART >> 20} at most")
+
+
+def _unpacked_size(array: Any) -> int:  # noqa: ANN401 - pyarrow
+    """Returns the bytes of an array once each of its texts stands by itself."""
+    if isinstance(array, pa.ChunkedArray):
+        return sum(map(_unpacked_size, array.chunks))
+    if isinstance(array, pa.DictionaryArray):
+        lengths = pc.binary_length(array.dictionary).to_numpy(zero_copy_only=False)
+        uses = np.bincount(array.indices.drop_null().to_numpy(), minlength=len(lengths))
+        return int(array.nbytes + np.dot(uses.astype(float), lengths))
+    if pa.types.is_nested(array.type):
+        inner = array.flatten()
+        return sum(map(_unpacked_size, inner if isinstance(inner, list) else [inner]))
+    return int(array.nbytes)
 
 
 def _whole_part(file: Any, path: str, columns: Sequence[str] | None) -> pa.Table:  # noqa: ANN401 - pyarrow
     """Reads a part; raises `StoreError` where it is none: whoever may write there may have put it there."""
     about = f"{shown(path)}: is no part of results"
-    found = file.schema_arrow
+    found = pq.ParquetFile(file).schema_arrow
     for field in SCHEMA:
         if found.get_all_field_indices(field.name) != [SCHEMA.get_field_index(field.name)]:
             raise StoreError(f"{about}: column {field.name} is missing or elsewhere; remove that file")
         if found.field(field.name).type != field.type:
             raise StoreError(f"{about}: column {field.name} is of another type; remove that file")
-    refuse_large(file, path)
-    table = file.read(columns)
+    table = unpacked(packed_file(file, path, _VALUE_BYTES).read(columns), found, path)
     table.validate(full=True)  # text that is no UTF-8 would be an error wherever it is looked at
     for name, values in _needed(table):
         if values.null_count:
