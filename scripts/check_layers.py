@@ -148,9 +148,10 @@ LAYERS: dict[str, set[str]] = {
     "constants": {"_core"},
     "frames": {"errors"},
     "numbers": set(),
-    "message": set(),
-    "translation": {"catalogue", "errors"},
-    "catalogue": READING,
+    "template": set(),
+    "message": {"template"},
+    "translation": {"catalogue", "errors", "template"},
+    "catalogue": READING | {"template"},
     "units": set(),
     "words": set(),
     "clock_skew": set(),
@@ -271,6 +272,9 @@ DOORS = {
     "is_symlink": "file_status",
     "is_fifo": "file_status",
     "iterdir": "file_status",
+    "expanduser": "file_status",
+    "Path.home": "file_status",
+    "Path.cwd": "file_status",
     "read_bytes": "file_reading",
     "read_text": "file_reading",
     "json.load": "bounded_json",
@@ -373,9 +377,8 @@ def door_breaches(package: Path | None = None) -> Iterator[str]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
                 continue
-            name = node.func.attr
-            if isinstance(node.func.value, ast.Name) and node.func.value.id == "json":
-                name = f"json.{name}"
+            of = f"{node.func.value.id}." if isinstance(node.func.value, ast.Name) else ""
+            name = next((each for each in (f"{of}{node.func.attr}", node.func.attr) if each in DOORS), "")
             if (door := DOORS.get(name)) and path.stem != door:
                 yield (
                     f"{path.relative_to(package)}:{node.end_lineno}: calls {name}; "

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.project_file import KEYS, project_settings
-from turntable_sessions import typed
+from tumble.foundation.project_file import KEYS, project_settings, user_file
+from turntable_sessions import one_line, typed
 
 
 @pytest.fixture
@@ -66,7 +69,8 @@ def test_paths_begin_at_the_folder_of_the_file(places):
         (b'operator = "\\u001b[31m"', "needs to be a line of text"),
         (b'language = "Klingon"', "needs to be one of"),
         (b"[operator]\nname = 1", "line 1: operator needs to be text"),
-        (b"a" * 100_000, "larger than 64 KiB"),
+        (b"a" * 100_000, "larger than 16 KiB"),
+        (b'registry = "~nosuchuser/lab.db"', "~nosuchuser is no user with a home folder"),
         (b"x = " + b"[" * 5000, "tumble.toml"),
     ],
 )
@@ -79,6 +83,31 @@ def test_a_wrong_file_is_one_line_that_says_where(places, content, wrong):
     assert str(project / "tumble.toml") in str(error.value)
     assert "\n" not in str(error.value).strip()
     assert "\x1b" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "words", [("inspect", "x.csv"), ("bench",), ("--debug", "registry", "list"), ("doctor",)]
+)
+def test_a_working_folder_that_was_removed_is_one_line(tmp_path, monkeypatch, words):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = subprocess.run(
+        [sys.executable, "-m", "tumble", *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "the working folder cannot be used" in one_line(done.stderr)
+
+
+def test_a_user_without_a_home_folder_has_no_file(tmp_path, monkeypatch):
+    def without_home(_):
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    monkeypatch.setattr("pathlib.Path.expanduser", without_home)
+    assert user_file() == Path("/.config/tumble/tumble.toml")
+    assert typed("doctor").code == 0
 
 
 def test_doctor_shows_what_applies_and_from_where(places, monkeypatch):

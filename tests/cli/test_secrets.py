@@ -38,7 +38,8 @@ _secrets = st.text("abcXYZ019%:+-_.!$*(),/", min_size=6, max_size=20).map(lambda
 def test_a_secret_is_shown_by_no_error_and_no_line(address, secret):
     if address.startswith("ann") and "/" in secret:
         secret = secret.replace("/", "")
-    text = f"x: {address.format(secret)}: cannot be reached"
+    given = address.format(secret)
+    text = f"x: {given}: cannot be reached; folder {given.replace('://', ':/')} does not exist either"
     shown = io.StringIO()
     with contextlib.redirect_stdout(shown), checked_output():
         print(text)

@@ -47,7 +47,8 @@ def debugged(words: Sequence[str]) -> Iterator[None]:
 def _say_what_runs(logger: logging.Logger, words: Sequence[str]) -> None:
     import platform
     from importlib.metadata import version
-    from pathlib import Path
+
+    from tumble.foundation.file_status import working_folder
 
     what = f"{platform.python_implementation()} {platform.python_version()} on {platform.platform()}"
-    logger.debug("tumble %s, %s, in %s: %s", version("tumble-imu"), what, Path.cwd(), " ".join(words))
+    logger.debug("tumble %s, %s, in %s: %s", version("tumble-imu"), what, working_folder(), " ".join(words))

@@ -45,6 +45,7 @@ def _run() -> int:
     from tumble.cli.library_chatter import without_library_chatter
     from tumble.cli.standard_output import checked_output
     from tumble.foundation.errors import TumbleError
+    from tumble.foundation.file_status import working_folder
     from tumble.foundation.files import files_of_command
     from tumble.foundation.translation import ENGLISH, language_of_environment, speak, speaking
 
@@ -55,6 +56,7 @@ def _run() -> int:
     with speaking(ENGLISH):
         try:
             speak(language_of_environment())
+            working_folder()
             with (
                 files_of_command() as files,
                 checked_output(),

@@ -64,6 +64,33 @@ def status_of(path: Path | str, *, follow: bool = True) -> os.stat_result | None
         raise PlaceError(unusable(path, error)) from error
 
 
+def expanded(path: Path | str) -> Path:
+    """Returns a path with the home folder in place of `~`; raises `PlaceError` for a user that has none."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError as error:
+        user = Path(path).parts[0]
+        raise PlaceError(f"{path}: {user} is no user with a home folder; write a path") from error
+
+
+def working_folder() -> Path:
+    """Returns the working folder; raises `PlaceError` where it was removed: no relative path is any then."""
+    try:
+        return Path.cwd()
+    except OSError as error:
+        raise PlaceError(
+            f"the working folder cannot be used: {error.strerror}; change to another one, such as cd ~"
+        ) from error
+
+
+def home_folder() -> Path:
+    """Returns the home folder of this user; the root, as in containers, of one that has none."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path(os.sep)
+
+
 def unusable(path: Path | str, error: OSError | ValueError) -> str:
     """Describes in one line why nothing can be done at a path."""
     text = str(path)

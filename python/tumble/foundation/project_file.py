@@ -17,12 +17,12 @@ from typing import Any
 
 from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_reading import read_text_whole
-from tumble.foundation.file_status import exists
+from tumble.foundation.file_status import exists, expanded, home_folder, working_folder
 from tumble.foundation.words import quoted
 
 NAME = "tumble.toml"
-LARGEST = 1 << 16
-"""Bytes."""
+LARGEST = 1 << 14
+"""Bytes. The time to read a key grows with the square of its dots."""
 LONGEST_VALUE = 1000
 """Letters."""
 
@@ -87,13 +87,8 @@ def project_settings(folder: Path | None = None, home: Path | None = None) -> di
 
 def project_files(folder: Path | None = None, home: Path | None = None) -> Iterator[Path]:
     """Yield the project's file, then the user's, as far as they exist."""
-    try:
-        start = (folder or Path.cwd()).resolve()
-    except FileNotFoundError:  # the working folder was removed
-        start = None
-    users = user_file(home)
-    upwards = [] if start is None else [each / NAME for each in (start, *start.parents)]
-    project = next((path for path in upwards if _exists(path)), None)
+    start, users = (folder or working_folder()).resolve(), user_file(home)
+    project = next((path for each in (start, *start.parents) if _exists(path := each / NAME)), None)
     if project is not None:
         yield project
     if _exists(users) and users != project:
@@ -106,7 +101,7 @@ def user_file(home: Path | None = None) -> Path:
         return Path(roaming) / "tumble" / NAME
     if home is None and (configured := os.environ.get("XDG_CONFIG_HOME")):
         return Path(configured) / "tumble" / NAME
-    return (home or Path("~").expanduser()) / ".config" / "tumble" / NAME
+    return (home or home_folder()) / ".config" / "tumble" / NAME
 
 
 def _exists(path: Path) -> bool:
@@ -169,4 +164,7 @@ def _placed(path: Path, name: str, value: str) -> str:
     """Return a value whose relative path begins at the folder of its file; URLs stay as they are."""
     if name not in PLACES or "://" in value:
         return value
-    return str(path.parent / Path(value).expanduser())
+    try:
+        return str(path.parent / expanded(value))
+    except PlaceError as error:
+        raise TumbleError(f"{name}: {error}", about=str(path)) from error

@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 
 HIDDEN = "***"
-_ADDRESS = re.compile(r"[a-zA-Z][\w+.-]*://[^\s\"<>]*")
+_SCHEME = r"(?:[a-zA-Z][\w+.-]*://|(?<![\w.+-])[a-zA-Z][\w+-]+:/)"
+"""Beginning of an address; one that was taken for a path has lost a slash."""
+_ADDRESS = re.compile(rf"{_SCHEME}[^\s\"<>]*")
 """An address, with those that `::` chains to it; a quotation mark ends it, as RFC 3986 allows none in one."""
-_CHAINED = re.compile(r"::(?=[a-zA-Z][\w+.-]*://)")
+_CHAINED = re.compile(rf"::(?={_SCHEME})")
+_PARTS = re.compile("([^:]*)(://?)(.*)", re.DOTALL)
 _BUCKETS = ("s3", "s3a", "gs", "gcs", "file", "local", "memory")
 """Schemes in which an `@` behind a slash belongs to the name of a file."""
 _QUERY = re.compile(r"(?i)([?&#;][\w.-]*(?:sig|key|secret|token|pass|pwd|cred|auth)[\w.-]*=)[^&#\s\"<>]+")
@@ -31,7 +34,7 @@ def _without_users(address: str) -> str:
 
 def _without_user(address: str) -> str:
     """Hides what stands before the last `@`, as a password may hold slashes."""
-    scheme, slashes, rest = address.partition("://")
+    scheme, slashes, rest = _PARTS.fullmatch(address).groups()  # type: ignore[union-attr]
     user, sign, place = rest.rpartition("@")
     is_name = scheme in _BUCKETS and "/" in user and ":" not in user.partition("/")[0]
     if not sign or is_name or user.endswith(HIDDEN):

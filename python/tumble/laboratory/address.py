@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import PlaceError, TumbleError
+from tumble.foundation.file_status import expanded
 from tumble.foundation.words import plain
 
 if TYPE_CHECKING:
@@ -83,8 +84,8 @@ def shown(text: str) -> str:
 
 def _file(text: str) -> Path:
     try:
-        return Path(text).expanduser().absolute()
-    except (RuntimeError, ValueError, OSError) as error:
+        return expanded(text).absolute()
+    except (PlaceError, ValueError, OSError) as error:
         raise TumbleError(f"registry {plain(text)}: is not a file name; {_KINDS}") from error
 
 

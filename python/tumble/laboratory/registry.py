@@ -22,7 +22,7 @@ from tumble.calibration.decision import rule_in_words
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import mistake_in_date
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.file_status import is_file
+from tumble.foundation.file_status import expanded, is_file
 from tumble.foundation.files import make_file
 from tumble.foundation.names import normal_name
 from tumble.foundation.provenance import date_now
@@ -180,7 +180,7 @@ class Registry:
             documents = documents or f"{place.path.stem}-documents"
             make_file(place.path)
         elif "://" not in documents:
-            documents = str(Path(documents).expanduser().absolute())
+            documents = str(expanded(documents).absolute())
         database.upgrade()
         with database.writing() as connection:
             if connection.execute(select(func.count()).select_from(tables.registry)).scalar():

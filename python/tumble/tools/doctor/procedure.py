@@ -8,6 +8,7 @@ from functools import partial
 from importlib import import_module, metadata
 from pathlib import Path
 
+from tumble.foundation.file_status import home_folder
 from tumble.logs.optional import EXTRAS, install_command
 from tumble.tools.doctor.devices import iio_devices, serial_ports
 from tumble.tools.doctor.libraries import PACKAGE, Requirement, library, requirements
@@ -34,7 +35,7 @@ def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:
             _section("Serial ports", partial(serial_ports, root)),
             _section("Sensors of Linux (IIO)", partial(iio_devices, root)),
             _section("Settings", partial(project, home)),
-            _section("Terminal", partial(terminal, home or Path.home())),
+            _section("Terminal", partial(terminal, home or home_folder())),
         )
     )
 

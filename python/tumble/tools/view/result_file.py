@@ -16,7 +16,7 @@ from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.documents import LARGEST_DOCUMENT, mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
 from tumble.foundation.file_reading import read_text_whole
-from tumble.foundation.file_status import entries, is_file, is_folder
+from tumble.foundation.file_status import entries, is_file, is_folder, working_folder
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import CALIBRATION, schema_in
 from tumble.foundation.units import TRIADS, Triad
@@ -97,7 +97,7 @@ class ResultFile:
         if not self.log:
             raise CalibrationFileError(f"{self.path}: names no log that it was found from; give that log")
         folder = self.path.resolve().parent
-        for place in dict.fromkeys((folder, folder.parent, folder.parent.parent, Path.cwd())):
+        for place in dict.fromkeys((folder, folder.parent, folder.parent.parent, working_folder())):
             try:
                 return parse_spec(place / self.log)
             except TumbleError:
