@@ -12,11 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import fleet_functions
+from fleet_jobs import function_job, results_of, run_job
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
 from tumble.fleet import parts
 from tumble.fleet.inputs import inputs_of
-from tumble.fleet.job import FleetJob, load_job
+from tumble.fleet.job import FleetJob, load_job, option_words
 from tumble.fleet.ledger import JobStatus, begin, write_status
 from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
 from tumble.fleet.places import FileStore, StoreError
@@ -161,6 +163,44 @@ def test_a_text_of_a_manifest_that_stands_for_many_is_bounded(tmp_path):
     job = FleetJob(procedure="spin", inputs=str(manifest), results=str(tmp_path / "results"))
     with pytest.raises(StoreError, match="unpacks to 2056 MiB"):
         list(inputs_of(job))
+
+
+def test_an_outcome_that_is_none_is_a_failure_in_one_line(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    count = len(fleet_functions.HOSTILE)
+    job = function_job("results", "hostile", seeds=(0, count + 1))
+    status = run_job(job)
+    monkeypatch.chdir(tmp_path)
+    found = results_of(job).to_pylist()
+    assert (status.done, status.failed, status.retried, len(found)) == (count + 1, count, 0, count + 1)
+    for each in found:
+        assert each["failure"] == "" or each["failure"].startswith("fleet_functions:hostile failed: ")
+        assert each["failure"].isprintable()
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "Traceback" not in err
+
+
+def test_texts_of_results_begin_no_line_of_their_own(tmp_path, rows):
+    text = "x\nFailed: 99: as if"
+    changed = [rows[0] | {"failure": text, "place": text}, rows[1] | {"verdict": text, "model": text}]
+    written(tmp_path, pa.Table.from_pylist(changed, SCHEMA))
+    done = typed("fleet", "show", tmp_path)
+    assert "as if" in done.out
+    assert not any(line.startswith("Failed: 99") for line in done.out.splitlines())
+
+
+def test_arguments_without_the_other_quotation_mark_are_refused(tmp_path):
+    job = tmp_path / "job.yaml"
+    job.write_text('procedure: spin\narguments: "\'{input}"\ninputs: [x.csv]\nresults: results\n')
+    done = typed("fleet", "run", job)
+    assert done.code == 2
+    assert "arguments" in one_line(done.err)
+    assert list(option_words({"rate": 52.123456789, "still": 5.0, "n": 2})) == [
+        *("--rate", "52.123456789"),
+        *("--still", "5"),
+        *("--n", "2"),
+    ]
 
 
 @pytest.mark.parametrize("name", ["job.json", "status.json"])

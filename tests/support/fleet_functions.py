@@ -44,6 +44,47 @@ def held(seed, folder=""):
     return squared(seed)
 
 
+def nested():
+    """Lists in lists, deeper than any reader goes."""
+    outer = inner = []
+    for _ in range(100_000):
+        inner.append([])
+        inner = inner[0]
+    return {"value": outer}
+
+
+class WordlessError(Exception):
+    """Has no words: to ask for them raises another error."""
+
+    def __str__(self):
+        raise RuntimeError("no words")
+
+
+HOSTILE = (
+    lambda: None,
+    lambda: [1],
+    lambda: {"value": object()},
+    nested,
+    lambda: {"verdict": "\ud800"},
+    lambda: fail(WordlessError()),
+    lambda: fail(ValueError("\x1b[31mred\nFailed: 99: as if\u202e")),
+    lambda: fail(MemoryError()),
+)
+"""Outcomes of a function that are none."""
+
+
+def fail(error):
+    """Raises an error."""
+    raise error
+
+
+def hostile(seed):
+    """Changes what its process shares; its outcome is none, another for each seed but the last."""
+    print("not JSON")
+    os.chdir("/")
+    return HOSTILE[seed]() if seed < len(HOSTILE) else squared(seed)
+
+
 def faulty(seed):
     """Raises an error that is a mistake of whoever wrote the function."""
     return {"value": 1 / (seed - 2)}

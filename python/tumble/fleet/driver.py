@@ -69,6 +69,8 @@ class FleetRun:
     def run(self) -> JobStatus:
         """Computes all inputs that have no result yet; returns how it ended."""
         self._results = FileStore(self.job.results)
+        if self._results.is_local:  # a function of others may change the working folder of its worker
+            self.job = self.job.model_copy(update={"results": self._results.root})
         # Nothing is written until all is in order: a refused job leaves results of before as they are.
         with driver_lease(self._results) as self._lease:
             date = ledger.refuse_other_job(self._results, self.job, resume=self.resume)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from tumble.foundation.documents import Document, read_document
 from tumble.foundation.errors import CalibrationFileError
@@ -93,6 +93,12 @@ class FleetJob(Document):
             raise ValueError(f"{self.procedure} takes several logs; give arguments, such as {example!r}")
         return self
 
+    @field_validator("arguments")
+    @classmethod
+    def _has_words(cls, text: str) -> str:
+        shlex.split(text)  # raises for a quotation mark without its other one
+        return text
+
     @property
     def is_function(self) -> bool:
         """Returns whether the job calls a function instead of a procedure."""
@@ -148,4 +154,4 @@ def _typed(options: Mapping[str, Any]) -> Iterator[str]:
                 continue
             yield f"--{name}"
             if each is not True:
-                yield f"{each:g}" if isinstance(each, float) else str(each)
+                yield repr(each).removesuffix(".0") if isinstance(each, float) else str(each)

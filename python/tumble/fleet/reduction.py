@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from tumble.fleet.parts import rows
 from tumble.fleet.places import FileStore
 from tumble.foundation.days import day_of
 from tumble.foundation.documents import LARGEST_NUMBER
+from tumble.foundation.words import plain
 from tumble.laboratory.drift import Walk
 from tumble.laboratory.parameter_history import (
     MOST_POOLED,
@@ -172,6 +174,15 @@ _COLUMNS = (
 )
 
 
+def _in_lines(stored: Any) -> Any:  # noqa: ANN401 - plain data
+    """Returns a row with each text on one line, as whoever wrote it may end lines to begin others."""
+    if isinstance(stored, dict):
+        return {name: _in_lines(each) for name, each in stored.items()}
+    if isinstance(stored, list):
+        return [_in_lines(each) for each in stored]
+    return plain(stored) if isinstance(stored, str) else stored
+
+
 class _Gathered:
     """Values of each unit by parameter, and how inputs ended."""
 
@@ -186,7 +197,7 @@ class _Gathered:
 
     def add(self, found: Iterable[Mapping[str, object]]) -> None:
         """Adds rows of results."""
-        for row in found:
+        for row in map(_in_lines, found):
             self.inputs += 1
             if failure := str(row["failure"] or ""):
                 self.failures[failure] += 1

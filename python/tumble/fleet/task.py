@@ -7,6 +7,7 @@ import hashlib
 import io
 import json
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -29,6 +30,7 @@ from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import files_of_command, make_folder
 from tumble.foundation.plain import finite
+from tumble.foundation.words import utf8
 from tumble.report.page import without_pages
 
 TRIES = 3
@@ -110,17 +112,25 @@ def _tried(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
 def computed_outcome(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
     """Computes one input, once; a failure is an outcome too."""
     row = _row(given, key)
-    if job.is_function:
-        return _of_function(job, given, row)
+    try:
+        return _of_function(job, given, row) if job.is_function else _of_input(job, given, row)
+    except TumbleError as error:
+        return _failure(row, str(error))
+    except OSError as error:  # such as a full disk, of this node alone
+        return _failure(row, f"cannot be computed here: {_words_of(error)}", transient=True)
+    except Exception as error:  # a mistake of ours in one of a million inputs must not end the others
+        return _failure(row, f"internal error, please report it: {_words_of(error)}")
+
+
+def _of_input(job: FleetJob, given: FleetInput, row: Outcome) -> Outcome:
     with TemporaryDirectory(prefix="tumble-fleet-") as folder:
         try:
             place = _simulated(job, given, Path(folder)) if job.simulate else _fetched(given, Path(folder))
-        except TumbleError as error:
-            return _failure(row, str(error))
+        except TumbleError:
+            raise
         except Exception as error:  # libraries of stores raise errors of their own
-            text = shown(" ".join(str(error).split())) or type(error).__name__
             missing = isinstance(error, FileNotFoundError)
-            return _failure(row, f"cannot be read: {text}", transient=not missing)
+            return _failure(row, f"cannot be read: {_words_of(error)}", transient=not missing)
         words = [*job.words(str(place)), *option_words(given.options)]
         return _of_command(words, Path(folder) / "results", row)
 
@@ -187,11 +197,8 @@ def _command_line(command: str, words: Sequence[str]) -> Any:  # noqa: ANN401 - 
 
 
 def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
-    try:
-        with without_pages():
-            run = _run([*words, "--json", "-o", str(folder)])
-    except Exception as error:  # a mistake of ours in one of a million inputs must not end the others
-        return _failure(row, f"internal error, please report it: {type(error).__name__}: {error}")
+    with without_pages():
+        run = _run([*words, "--json", "-o", str(folder)])
     messages = _without_paths(run.messages, folder.parent)
     if run.failure:
         return replace(_failure(row, _without_paths(run.failure, folder.parent)), messages=messages)
@@ -243,13 +250,16 @@ def _parameters(result: Any) -> Iterator[dict[str, object]]:  # noqa: ANN401
 
 def _of_function(job: FleetJob, given: FleetInput, row: Outcome) -> Outcome:
     try:
-        found = function_of(job.procedure)(int(given.place), **job.options)
-    except TumbleError as error:
-        return _failure(row, str(error))
+        with contextlib.redirect_stdout(sys.stderr):  # standard output is that of the whole job
+            found = function_of(job.procedure)(int(given.place), **job.options)
+        summary = json.dumps(finite(found), sort_keys=True, ensure_ascii=False)
+        summary.encode()
+        verdict = str(found.get("verdict", "computed"))
+    except TumbleError:
+        raise
     except Exception as error:
-        return _failure(row, f"{job.procedure} failed: {type(error).__name__}: {error}")
-    summary = json.dumps(finite(found), sort_keys=True, ensure_ascii=False)
-    return replace(row, summary=summary, verdict=str(found.get("verdict", "computed")))
+        return _failure(row, f"{job.procedure} failed: {_words_of(error)}")
+    return replace(row, summary=summary, verdict=verdict)
 
 
 def function_of(name: str) -> Callable[..., Mapping[str, Any]]:
@@ -263,7 +273,16 @@ def function_of(name: str) -> Callable[..., Mapping[str, Any]]:
 
 
 def _failure(row: Outcome, failure: str, *, transient: bool = False) -> Outcome:
-    return replace(row, exit_code=ExitCode.USER_ERROR, failure=failure, transient=transient)
+    return replace(row, exit_code=ExitCode.USER_ERROR, failure=shown(failure), transient=transient)
+
+
+def _words_of(error: Exception) -> str:
+    """Describes an error of code of others, which may have no words, or raise another when asked for them."""
+    try:
+        words = " ".join(str(error).split())
+    except Exception:
+        words = ""
+    return ": ".join(filter(None, (type(error).__name__, utf8(words).decode())))[:_LONGEST_MESSAGE]
 
 
 def _without_paths(text: str, folder: Path) -> str:
