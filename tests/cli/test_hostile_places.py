@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 from pathlib import Path
@@ -15,14 +16,18 @@ from hostile_places import commands, hostile_files, patient, places, without_rig
 from made_up_calibrations import made_up, save
 from made_up_certificates import project_file
 from repetitions import SOAK
+from tumble.fleet.inputs import inputs_of
+from tumble.fleet.job import load_job
 from tumble.fleet.parts import Outcome, rows, write_parts
 from tumble.fleet.places import FileStore, StoreError
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.file_status import paths_like
 from tumble.laboratory.documents import Documents
 from tumble.laboratory.registry import Registry
 from tumble.procedures.turntable.batch import LONGEST_LINE, Batch
 from tumble.procedures.turntable.record import TargetRecord
+from tumble.procedures.turntable.targets import find_targets
 from tumble.tools.simulate import write_turntable
 from turntable_sessions import simulate, typed
 
@@ -87,6 +92,52 @@ def test_a_name_from_any_text_is_one_part_of_a_path(text):
 
 def test_names_that_differ_far_behind_have_different_files():
     assert file_stem("x" * 300 + "1") != file_stem("x" * 300 + "2")
+
+
+@pytest.fixture
+def around(tmp_path, monkeypatch):
+    """A folder, of a name that is a pattern, with links that lead around in more ways than can be counted."""
+    folder = tmp_path / "lot[1]"
+    (folder / "a" / "b").mkdir(parents=True)
+    for name in ("first", "second"):
+        (folder / name).symlink_to(".")
+    (folder / "itself").symlink_to("itself")
+    for name in ("x.csv", "a/x.csv", "a/b/x.csv", "a/.hidden.csv", ".hidden.csv"):
+        (folder / name).write_text("time,ax,ay,az,gx,gy,gz\n")
+    monkeypatch.chdir(folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("pattern", "found"),
+    [
+        ("*.csv", ["x.csv"]),
+        ("**/*.csv", ["a/b/x.csv", "a/x.csv", "x.csv"]),
+        ("**.csv", ["x.csv"]),
+        ("a/**", ["a/b", "a/b/x.csv", "a/x.csv"]),
+        ("a/.*.csv", ["a/.hidden.csv"]),
+        ("[ax]*/*.csv", ["a/x.csv"]),
+        ("a/x.csv", ["a/x.csv"]),
+        ("a/y.csv", []),
+        ("*/nothing", []),
+    ],
+)
+def test_a_pattern_fits_what_a_shell_finds_and_never_hangs(around, pattern, found):
+    with patient():
+        assert paths_like(pattern) == found
+    if "**/" not in pattern and "/**" not in pattern:
+        assert sorted(glob.glob(pattern)) == found  # noqa: PTH207 - what it is held against
+
+
+def test_links_that_lead_around_end_no_search_for_logs(around):
+    (around / "itself").unlink()
+    job = around / "job.yaml"
+    job.write_text('procedure: spin\ninputs: "**/*.csv"\nresults: results\n')
+    with patient():
+        assert len(list(inputs_of(load_job(job)))) == 3
+        found = find_targets([str(around)], "x.csv").targets
+    assert {Path(each.source).name for each in found} == {"x.csv"}
+    assert len({Path(each.source).resolve() for each in found}) == len(found) == 2
 
 
 @pytest.mark.parametrize("name", ["../x", "parts/../../x", "/x", "parts//x", "."])

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tumble.foundation.numbers import number_of
+from tumble.foundation.numbers import number_of, whole_number
+from turntable_sessions import typed
 
 GRAMMAR = re.compile(r"\s*[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf(inity)?)\s*", re.ASCII | re.IGNORECASE)
 
@@ -35,3 +36,33 @@ def test_a_decimal_comma_is_read_where_it_is_stated():
 @given(st.text(alphabet=" +-.0123456789eE_naifty٣\uff15x\t", max_size=12))
 def test_a_number_is_what_the_grammar_says_and_nothing_else(text):
     assert (number_of(text) is not None) == (GRAMMAR.fullmatch(text) is not None)
+
+
+@given(
+    st.one_of(st.integers(0, 10**20).map(str), st.text("0123456789\u00b2\u0663_-+ .", max_size=25), st.text())
+)
+def test_a_whole_number_has_digits_of_ascii_alone(text):
+    is_one = re.fullmatch("[0-9]{1,18}", text) is not None
+    assert whole_number(text) == (int(text) if is_one else None)
+
+
+@pytest.mark.parametrize(
+    "digits", ["\u00b2", "1\u00b22", "\u0663", "9" * 5000], ids=["raised", "both", "arabic", "many"]
+)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("inspect", "log.csv", "--columns", "ax={}"),
+        ("turntable", "log.csv", "{}"),
+        ("record", "a=udp://127.0.0.1:{}", "-o", "out"),
+        ("record", "a=ros2:///imu?domain={}", "-o", "out"),
+        ("record", "a=mavlink:udp:127.0.0.1:1:HIGHRES_IMU.{}", "-o", "out"),
+    ],
+    ids=" ".join,
+)
+def test_digits_that_are_no_number_are_one_line(tmp_path, monkeypatch, words, digits):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "log.csv").write_text("time,ax,ay,az,gx,gy,gz\n0,0,0,9.8,0,0,0\n0.01,0,0,9.8,0,0,0\n")
+    done = typed(*(word.format(digits) for word in words))
+    assert done.code == 2
+    assert "tumble: error: " in done.err.splitlines()[-1]

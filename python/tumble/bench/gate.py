@@ -19,6 +19,7 @@ from tumble.bench.authority import acting
 from tumble.bench.cookies import cookie_values
 from tumble.bench.guest_work import WORK_OF_A_PAGE, GuestWork
 from tumble.bench.settings import LOOPBACK, BenchSettings
+from tumble.foundation.numbers import whole_number
 
 Scope: TypeAlias = MutableMapping[str, Any]
 Receive: TypeAlias = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -271,9 +272,9 @@ def _token(scope: Scope) -> str:
 
 
 def _length(scope: Scope) -> int:
-    text = _header(scope, b"content-length")
-    if text.isdecimal():
-        return int(text)
+    if text := _header(scope, b"content-length"):
+        number = whole_number(text)
+        return LARGEST_BODY + 1 if number is None else number
     return LARGEST_BODY + 1 if _header(scope, b"transfer-encoding") else 0
 
 

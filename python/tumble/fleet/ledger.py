@@ -14,6 +14,7 @@ from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import moment_of
 from tumble.foundation.documents import made_of
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.provenance import date_now
 
 JOB_FILE = "job.json"
@@ -90,7 +91,7 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
             f"{results}: holds results of this job; go on with --resume, or give another folder"
         )
     date = str(known.get("date", ""))
-    if not date.isdecimal():
+    if whole_number(date) is None:
         raise _damaged(results)
     return date
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import glob
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import exists
+from tumble.foundation.file_status import exists, paths_like
 from tumble.foundation.files import write_shared
 from tumble.foundation.words import quoted
 
@@ -112,7 +111,8 @@ def matching(pattern: str) -> Iterator[tuple[str, str]]:
     try:
         if place.is_local:
             # Sorted names alone: the facts about 100,000 files would take ten times their room.
-            for path in sorted(glob.glob(place.root, recursive=True)):  # noqa: PTH207
+            for path in paths_like(pattern):
+                path = str(Path(path).absolute())
                 yield path, version_of(place.files.info(path))
             return
         found: dict[str, dict[str, Any]] = place.files.glob(place.root, detail=True)

@@ -12,6 +12,8 @@ from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.ray_messages import RayMessages
 from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import CommandError, TumbleError, shown
+from tumble.foundation.numbers import whole_number
+from tumble.foundation.words import quoted
 from tumble.logs.optional import install_command
 
 AHEAD = 2
@@ -102,10 +104,13 @@ def _imported() -> Any:  # noqa: ANN401 - a module has no type of its own
 def _refuse_silent(address: str) -> None:
     """Raises `TumbleError` where nothing listens at an address: Ray itself would try for minutes."""
     host, _, port = address.rpartition("://")[2].rpartition(":")
-    if not host or not port.isdecimal():
+    number = whole_number(port)
+    if not host:
         return
+    if number is None:
+        raise _unreachable(shown(address), ValueError(f"port {quoted(port)} is no number"))
     try:
-        socket.create_connection((host.strip("[]"), int(port)), _ANSWERS_WITHIN).close()
+        socket.create_connection((host.strip("[]"), number), _ANSWERS_WITHIN).close()
     except (OSError, OverflowError) as error:
         raise _unreachable(shown(address), error) from error
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from glob import has_magic
 from pathlib import Path
 
 from tumble.foundation.errors import PlaceError
@@ -52,6 +53,32 @@ def entries(folder: Path | str) -> list[Path]:
         return sorted(Path(folder).iterdir())
     except (OSError, ValueError) as error:
         raise PlaceError(unusable(folder, error)) from error
+
+
+def paths_like(pattern: str) -> list[str]:
+    """Returns the paths that a pattern of a shell fits, `**` for folders in folders; raises `PlaceError`.
+
+    Below `**` no link to a folder is followed, as two that lead around have more paths than can be counted.
+    Names that begin with a point fit a pattern that has one there alone, as in a shell.
+    """
+    parts = Path(pattern).parts
+    first = next((number for number, part in enumerate(parts) if has_magic(part)), len(parts))
+    root, wild = (
+        Path(*parts[:first]),
+        [part if part == "**" else part.replace("**", "*") for part in parts[first:]],
+    )
+    if not wild:
+        return [pattern] if exists(pattern) else []
+    root, with_hidden = Path(*parts[:first]), any(part.startswith(".") for part in wild)
+    try:
+        found = root.glob("/".join([*wild, "*"] if wild[-1] == "**" else wild))
+        return sorted(
+            str(path)
+            for path in found
+            if with_hidden or not any(part.startswith(".") for part in path.relative_to(root).parts)
+        )
+    except (OSError, ValueError) as error:
+        raise PlaceError(unusable(pattern, error)) from error
 
 
 def status_of(path: Path | str, *, follow: bool = True) -> os.stat_result | None:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tumble.foundation.errors import OutputError
+from tumble.foundation.numbers import whole_number
 
 LOCK_FILE = ".tumble.lock"
 _LONGEST_OWNER = 20
@@ -46,7 +47,7 @@ class FolderLock:
         except BlockingIOError:
             owner = os.pread(self._file, _LONGEST_OWNER, 0).decode("ascii", "replace") if _PREAD else ""
             os.close(self._file)
-            by = f" (process {owner})" if owner.isdecimal() else ""
+            by = f" (process {owner})" if whole_number(owner) is not None else ""
             raise OutputError(
                 f"{self.path.parent}: another run{by} writes into this folder; wait for it to end, or give "
                 "another folder"

@@ -16,3 +16,16 @@ def number_of(text: str, decimal_point: str = ".") -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+MOST_DIGITS = 18
+"""Digits of a whole number in text: no count, size or number of ours has more."""
+
+
+def whole_number(text: str) -> int | None:
+    """Reads a whole number without a sign; None for all else.
+
+    Python's own tests for digits take those of every script, raised ones too, of which `int` makes errors; so
+    it does of thousands of digits.
+    """
+    return int(text) if len(text) <= MOST_DIGITS and text.isascii() and text.isdigit() else None

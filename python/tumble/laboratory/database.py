@@ -16,6 +16,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.numbers import whole_number
 from tumble.laboratory.address import RegistryAddress
 from tumble.laboratory.tables import METADATA
 
@@ -93,7 +94,7 @@ class Database:
         if found == HEAD:
             self._refuse_computed(connection)
             return
-        if found.isdecimal() and int(found) < int(HEAD):
+        if (number := whole_number(found)) is not None and number < int(HEAD):
             raise RegistryError(
                 f"{self.address}: is a registry of version {found}, and needs to be {HEAD}; back it up and "
                 f"type tumble registry init {self.address}"
@@ -127,7 +128,8 @@ class Database:
         with self.writing() as connection:
             if self.version(connection) is not None:
                 found = self.version(connection) or ""
-                if not (found.isdecimal() and int(found) <= int(HEAD)):
+                number = whole_number(found)
+                if number is None or number > int(HEAD):
                     self.check_version(connection)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.recording import FloatArray
 
 _TYPE = re.compile(
@@ -49,11 +50,12 @@ class Element:
 def parse_element(name: str, index: str, kind: str) -> Element | None:
     """Reads the description of a channel in sysfs; None where it is unknown."""
     found = _TYPE.fullmatch(kind.strip())
-    if found is None or not index.strip().isdecimal():
+    number = whole_number(index.strip())
+    if found is None or number is None:
         return None
     element = Element(
         name,
-        int(index),
+        number,
         found["order"] == "be",
         found["sign"] == "s",
         int(found["bits"]),

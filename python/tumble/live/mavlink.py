@@ -10,6 +10,7 @@ from pathlib import PurePath
 from typing import Any
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import whole_number
 from tumble.live.address import Address, host_and_port
 from tumble.live.mavlink_request import MessageRequest
 from tumble.live.readings import Readings, StreamFacts
@@ -229,13 +230,14 @@ def _message_and_sensor(address: Address, unit: str | None) -> tuple[str | None,
         raise LogError(f"{address.text}: message={stated}: give one of {', '.join(KINDS)}")
     if unit is None:
         return stated, None
-    message, dot, number = unit.partition(".")
-    if message not in KINDS or stated not in (None, message) or (dot and not number.isdecimal()):
+    message, dot, digits = unit.partition(".")
+    number = whole_number(digits)
+    if message not in KINDS or stated not in (None, message) or (dot and number is None):
         raise LogError(
             f"{address.text}: no unit {unit!r}; give one of {', '.join(KINDS)}, or HIGHRES_IMU.1 for the "
             "sensor of that number"
         )
-    return message, int(number) if dot else None
+    return message, number
 
 
 def _stated(unit: str | None) -> StatedUnit | None:

@@ -7,6 +7,7 @@ import re
 from typing import Final
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import whole_number
 from tumble.live.address import Address
 
 IMU_TYPE: Final = "sensor_msgs::msg::dds_::Imu_"
@@ -21,9 +22,10 @@ _MANGLED: Final = re.compile(r"(?P<package>\w+)::(?P<kind>\w+)::dds_::(?P<name>\
 def ros_domain(address: Address) -> int:
     """Returns the domain of an address, else that of ROS_DOMAIN_ID, else 0; `LogError` where it is none."""
     text = address.settings.get("domain", os.environ.get("ROS_DOMAIN_ID", "") or "0")
-    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
+    number = whole_number(text)
+    if number is None or number > MOST_DOMAIN:
         raise LogError(f"{address.text}: domain {text!r}: give a number from 0 to {MOST_DOMAIN}")
-    return int(text)
+    return number
 
 
 def ros_name(mangled: str) -> str:

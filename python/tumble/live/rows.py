@@ -11,7 +11,7 @@ import numpy as np
 
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError
-from tumble.foundation.numbers import number_of
+from tumble.foundation.numbers import number_of, whole_number
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of
@@ -269,8 +269,8 @@ class RowReader:
             return next((name for name in names if name.lower() in MOVING_NAMES), None)
         if stated in names:
             return stated
-        if stated.isdigit() and 1 <= int(stated) <= len(names):
-            return names[int(stated) - 1]
+        if 1 <= (number := whole_number(stated) or 0) <= len(names):
+            return names[number - 1]
         raise LogError(f"{self._source}: no column {stated!r} for moving; columns found: {', '.join(names)}")
 
     def _numbers_of_object(self, value: dict[str, Any]) -> list[list[float]]:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import MAGNETIC_CHANNELS, LoadUnit
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
@@ -572,8 +573,8 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
             name for name in names if (found := _BRACKETS.match(name)) and found["name"] == wanted
         ]:
             stated[key] = named[0]
-        elif wanted.isdigit() and 1 <= int(wanted) <= len(names):
-            stated[key] = names[int(wanted) - 1]
+        elif 1 <= (number := whole_number(wanted) or 0) <= len(names):
+            stated[key] = names[number - 1]
         else:
             raise LogError(f"{path}: no column {wanted!r} for {key}; columns found: {listed(names)}")
     return stated

@@ -16,6 +16,7 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import (
@@ -97,7 +98,7 @@ def _oxts(path: Path) -> Path | None:
 
 def _number(name: str) -> int | None:
     stem, dot, ending = name.partition(".")
-    return int(stem) if dot and ending == "txt" and stem.isdecimal() and stem.isascii() else None
+    return whole_number(stem) if dot and ending == "txt" else None
 
 
 def _fields(file: Path) -> list[bytes]:

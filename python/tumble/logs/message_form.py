@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from tumble.foundation.bounded_json import JsonError, parse_json
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import recognise
 from tumble.logs.rosmsg import MalformedMessageError, seconds
@@ -146,7 +147,7 @@ class ObjectForm:
 
 def _place(name: str) -> str:
     last = name.rpartition(".")[2]
-    return f".{last}" if last.isdigit() else ""
+    return f".{last}" if whole_number(last) is not None else ""
 
 
 class JsonForm:
@@ -171,7 +172,8 @@ class JsonForm:
                     inner = [each[key] for each in inner]
                 for name in members:
                     last = name.rpartition(".")[2]
-                    get = itemgetter(int(last) if last.isdigit() and isinstance(inner[0], list) else last)
+                    number = whole_number(last) if isinstance(inner[0], list) else None
+                    get = itemgetter(last if number is None else number)
                     found[name] = _numbers([get(each) for each in inner])
             except (KeyError, TypeError, IndexError, ValueError, OverflowError):
                 raise MalformedMessageError(
@@ -228,7 +230,7 @@ def _json_names(value: Any, name: str, depth: int) -> Iterator[str]:  # noqa: AN
             yield from (f"{name}.{number}" for number in range(AXES))
     elif isinstance(value, int | float) and not isinstance(value, bool):
         yield name
-    elif isinstance(value, str) and value[:1].isdigit():
+    elif isinstance(value, str) and whole_number(value[:1]) is not None:
         try:
             _numbers([value])
         except ValueError:

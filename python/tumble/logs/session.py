@@ -22,6 +22,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.file_status import is_file
 from tumble.foundation.magnetic import MICROTESLA
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import SESSION
 from tumble.logs import parquet
@@ -156,7 +157,8 @@ def unit_files(folder: Path, name: str) -> list[Path]:
 def last_part(path: Path) -> int:
     """Returns the number of the last part that a file holds; 0 where it was not made of parts."""
     with parquet.opened(path) as file:
-        return int((file.schema_arrow.metadata or {}).get(f"tumble.{LAST_PART}".encode(), b"0"))
+        stated = (file.schema_arrow.metadata or {}).get(f"tumble.{LAST_PART}".encode(), b"")
+    return whole_number(stated.decode("ascii", "replace")) or 0
 
 
 @dataclass(frozen=True, slots=True)

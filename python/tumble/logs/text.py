@@ -14,7 +14,7 @@ import numpy as np
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import MAGNETIC_CHANNELS
-from tumble.foundation.numbers import number_of
+from tumble.foundation.numbers import number_of, whole_number
 from tumble.foundation.schemas import schema_in
 from tumble.foundation.units import CHANNELS
 from tumble.foundation.words import count_of, quoted
@@ -169,7 +169,7 @@ def names_delimiter(text: str, options: ReadOptions, sought: SoughtTable = LOG) 
 
 @lru_cache(maxsize=256)  # A line that is none is looked at again and again where a device repeats it.
 def _names_delimiter(text: str, stated: frozenset[str], sought: SoughtTable) -> str | None:
-    wanted = {name for name in stated if not name.isdigit()}
+    wanted = {name for name in stated if whole_number(name) is None}
 
     def known(delimiter: str) -> int:
         return sum(name in wanted or sought.is_known(name) for name in split_line(text, delimiter))

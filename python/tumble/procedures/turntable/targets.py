@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import glob
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,9 +12,10 @@ from typing import TypeAlias
 
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.file_names import SUMMARY
-from tumble.foundation.file_status import entries, exists, is_file, is_folder, is_special
+from tumble.foundation.file_status import entries, exists, is_file, is_folder, is_special, paths_like
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
+from tumble.foundation.numbers import whole_number
 from tumble.logs import open_recording, parse_spec
 from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.options import ReadOptions
@@ -102,7 +102,8 @@ def find_targets(
 def natural(text: str) -> list[tuple[bool, int, str]]:
     """Sorts as people count: target_9 before target_10."""
     parts = _DIGITS.split(text.casefold())
-    return [(part.isdigit(), int(part) if part.isdigit() else 0, part) for part in parts]
+    numbers = map(whole_number, parts)
+    return [(number is not None, number or 0, part) for number, part in zip(numbers, parts, strict=True)]
 
 
 def _counted(typed: Sequence[str]) -> list[str]:
@@ -129,7 +130,7 @@ def _has_poses(folder: Path, poses: set[str]) -> bool:
 
 
 def _logs_below(folder: Path, output: Path | None) -> list[str]:
-    found = [str(path) for path in _logs_in(folder, output.resolve() if output else None)]
+    found = [str(path) for path in _logs_in(folder, {output.resolve()} if output else set())]
     if not found:
         known = " ".join(sorted(LOG_SUFFIXES))
         raise LogError(
@@ -138,26 +139,24 @@ def _logs_below(folder: Path, output: Path | None) -> list[str]:
     return sorted(found, key=natural)
 
 
-def _logs_in(folder: Path, output: Path | None) -> Iterator[Path]:
+def _logs_in(folder: Path, known: set[Path]) -> Iterator[Path]:
+    """Yields logs below a folder, but not in those that are known, each of which is looked into once."""
+    known.add(folder.resolve())
     for path in entries(folder):
-        if path.name.startswith(".") or path.resolve() == output:
+        if path.name.startswith(".") or path.resolve() in known:
             continue
         if is_folder(path):
-            yield from [path] if find_format(path) != FOLDER else _logs_in(path, output)
+            yield from [path] if find_format(path) != FOLDER else _logs_in(path, known)
         elif has_log_ending(path) and path.name != SUMMARY and not _manifest_columns(path):
             yield path
 
 
-def _files_like(pattern: str) -> list[str]:
-    return glob.glob(pattern, recursive=True)  # noqa: PTH207 - of Path only one without folders before it
-
-
 def _matching(pattern: str) -> list[str]:
-    found = sorted(_files_like(pattern), key=natural)
+    found = sorted(paths_like(pattern), key=natural)
     if found:
         return found
     before, colon, imu = pattern.rpartition(":")
-    found = sorted(_files_like(before), key=natural) if colon else []
+    found = sorted(paths_like(before), key=natural) if colon else []
     if not found:
         raise LogError(f"{pattern}: no file matches; check the path")
     return [f"{path}:{imu}" for path in found]
