@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import random
 import stat
+from contextlib import suppress
 
 import pikepdf
 import pytest
 from cryptography.hazmat.primitives import serialization
+from hypothesis import given
 from lxml import etree
 
+from hostile import corrupted, few, for_long
 from made_up_certificates import certificate
 from repetitions import repetitions
 from tumble.foundation.errors import TumbleError
@@ -18,7 +22,7 @@ from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.dcc_reader import read_dcc
 from tumble.laboratory.certificate.pdf import pdf_of
 from tumble.laboratory.certificate.signature import attached_xml, sign, verify
-from tumble.laboratory.certificate.signing_key import load_key, load_signer, make_key
+from tumble.laboratory.certificate.signing_key import load_key, load_signer, make_key, name_of
 
 NAME = "Inertial laboratory"
 
@@ -148,6 +152,32 @@ def test_a_file_that_is_no_key_is_one_line(tmp_path, content):
         with pytest.raises(TumbleError, match=r"laboratory\.pem") as caught:
             read(path)
         assert "\n" not in str(caught.value)
+
+
+def test_a_corrupted_certificate_of_a_signer_is_one_line(laboratory, tmp_path):
+    key, signer = laboratory
+    whole = signer.public_bytes(serialization.Encoding.DER)
+    private = key.private.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    path = tmp_path / "corrupted.pem"
+
+    @few
+    @given(data=corrupted(whole))
+    def check(data):
+        path.write_bytes(private + pem_of(data))
+        for load in (load_signer, load_key):
+            with suppress(TumbleError):
+                found = load(path)
+                assert name_of(found if load is load_signer else found.certificate).isprintable()
+
+    for_long(check, 0.2)
+
+
+def pem_of(data):
+    """A certificate in the text of RFC 7468."""
+    lines = base64.encodebytes(data).decode()
+    return f"-----BEGIN CERTIFICATE-----\n{lines}-----END CERTIFICATE-----\n".encode()
 
 
 def test_a_key_may_be_encrypted_by_a_password(tmp_path, monkeypatch):

@@ -70,13 +70,13 @@ def verify(content: bytes, signers: Sequence[x509.Certificate] | None) -> Signed
             signer, xml = _verify_pdf(content, signers), attached_xml(content)
         else:
             signer, xml = _verify_xml(content, signers)
+        return Signed(name_of(signer), "", xml)
     except _NotIntactError as error:
         return Signed("", str(error))
     except TumbleError as error:
         return Signed("", error.why)
     except Exception as error:  # of a changed file any part of three libraries may stumble
         return Signed("", f"cannot be read as signed: {' '.join(str(error).split())[:_LARGEST_ANSWER]}")
-    return Signed(name_of(signer), "", xml)
 
 
 def attached_xml(pdf: bytes) -> bytes:

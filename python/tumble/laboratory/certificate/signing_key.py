@@ -19,12 +19,15 @@ from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
 from tumble.foundation.files import make_new_file
 from tumble.foundation.provenance import date_now
+from tumble.foundation.words import plain
 
 PASSWORD = "TUMBLE_SIGNING_PASSWORD"
 """Variable of the environment with the password of an encrypted key."""
 LARGEST = 1 << 18
 """Bytes."""
 _YEARS = 10
+_UNREADABLE = (ValueError, TypeError, UnsupportedAlgorithm, x509.InvalidVersion)
+"""Errors of `cryptography` where a key or a certificate is damaged, or of a kind that it does not know."""
 _LONGEST_NAME = 64
 """Letters of a name in X.509 (RFC 5280, ub-common-name)."""
 
@@ -80,7 +83,7 @@ def load_key(path: Path) -> SigningKey:
     password = os.environ.get(PASSWORD)
     try:
         private = serialization.load_pem_private_key(content, password.encode() if password else None)
-    except (ValueError, TypeError, UnsupportedAlgorithm):
+    except _UNREADABLE:
         raise TumbleError(
             f"{path}: holds no private key, or one whose password is not that of {PASSWORD}; make one with "
             f"tumble certificate key"
@@ -95,15 +98,20 @@ def load_key(path: Path) -> SigningKey:
 
 def load_signer(path: Path) -> x509.Certificate:
     """Read the X.509 certificate of a signer from a PEM file; raises `TumbleError` in one line."""
+    content = read_whole(path, LARGEST, "key", remedy="give one in PEM")
     try:
-        return x509.load_pem_x509_certificate(read_whole(path, LARGEST, "key", remedy="give one in PEM"))
-    except ValueError:
+        found = x509.load_pem_x509_certificate(content)
+        # What it holds is read when it is asked for, and may be damaged by itself.
+        found.public_key()
+        name_of(found)
+    except _UNREADABLE:
         raise TumbleError(
             f"{path}: holds no X.509 certificate; give the .crt file of the laboratory's key"
         ) from None
+    return found
 
 
 def name_of(certificate: x509.Certificate) -> str:
     """Return the name of a signer."""
     found = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
-    return str(found[0].value) if found else certificate.subject.rfc4514_string()
+    return plain(str(found[0].value) if found else certificate.subject.rfc4514_string())
