@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 
 import pytest
 
 import tumble
 from made_up_calibrations import BIAS_SIGMA, COMMON_SIGMA, made_up, save
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import OutputError, TumbleError
 from tumble.laboratory import equipment
+from tumble.laboratory.documents import Documents
 from tumble.laboratory.export import write_documents
 from tumble.laboratory.registry import Registry, UnitFacts
 
@@ -184,13 +186,35 @@ def test_a_backup_is_the_same_chain_in_a_file(registry, tmp_path):
     registry.add(save(tmp_path / "a", made_up(), made_up(serial="2", log="2")))
     copied = registry.backup(tmp_path / "backup")
     assert copied.head == registry.verify().head
+    documents, kept = tmp_path / "documents", tmp_path / "backup" / "registry-documents"
+    assert {path.name for path in kept.rglob("*") if path.is_file()} == {
+        path.name for path in documents.rglob("*") if path.is_file()
+    }
+    shutil.rmtree(documents)
     copy = Registry(tmp_path / "backup" / "registry.db")
+    assert copy.verify().intact
     assert [*copy.entries()] == [*registry.entries()]
     assert [*copy.list()] == [*registry.list()]
     (added,) = copy.add(save(tmp_path / "b", made_up(serial="3", log="3")))
     assert added.is_new
     with pytest.raises(TumbleError, match="give a new folder"):
         registry.backup(tmp_path / "backup")
+
+
+def test_a_backup_that_fails_is_none_and_can_be_made_again(registry, tmp_path, monkeypatch):
+    registry.add(save(tmp_path / "a", made_up()))
+    read = Documents.read
+
+    def without_room(documents, digest):
+        raise OutputError("no room")
+
+    monkeypatch.setattr(Documents, "read", without_room)
+    with pytest.raises(OutputError, match="no room"):
+        registry.backup(tmp_path / "backup")
+    assert not [path for path in (tmp_path / "backup").iterdir() if path.suffix == ".db"]
+    (tmp_path / "backup" / "unfinished.db").write_bytes(b"of one that was killed")
+    monkeypatch.setattr(Documents, "read", read)
+    assert registry.backup(tmp_path / "backup").intact
 
 
 def test_equipment_past_its_date_is_listed_first(registry, tmp_path):

@@ -273,6 +273,14 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
         raise OutputError(f"{path}: cannot be moved to {folder}: {error.strerror}") from error
 
 
+def move_to(path: Path, place: Path) -> None:
+    """Renames a file that we made, once it is whole; raises `OutputError` where that cannot be done."""
+    try:
+        path.rename(place)
+    except OSError as error:
+        raise OutputError(_cannot_write(place, error)) from error
+
+
 def set_aside(path: Path) -> Path:
     """Renames a file to the first free of `.rejected`, `.rejected-2` ...: nothing is lost.
 
@@ -296,9 +304,12 @@ def write_shared(path: Path, content: bytes) -> None:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f"{path.name}.{os.urandom(8).hex()}.unfinished")
-    with unfinished.open("wb") as file:
-        file.write(content)
-    unfinished.replace(path)
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
 def remove_made(*paths: Path) -> None:
@@ -373,8 +384,12 @@ def make_new_file(path: Path, content: bytes, *, is_secret: bool = False) -> Non
     try:
         how = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         opened = os.open(path, how, 0o600 if is_secret else 0o666)
-        with os.fdopen(opened, "wb") as file:
-            file.write(content)
+        try:
+            with os.fdopen(opened, "wb") as file:
+                file.write(content)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
     except FileExistsError:
         raise OutputError(f"{path}: is there already, and is kept; give another name") from None
     except OSError as error:

@@ -21,6 +21,11 @@ _LARGEST = 1 << 28
 """Bytes of a document: pages and certificates take a hundredth of it."""
 
 
+def documents_beside(path: Path) -> Path:
+    """Return the folder beside the file of a registry that its documents are in unless it states another."""
+    return path.with_name(f"{path.stem}-documents")
+
+
 class Documents:
     """A store of documents; what is in it is never changed."""
 

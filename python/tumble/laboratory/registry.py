@@ -22,7 +22,7 @@ from tumble.calibration.decision import rule_in_words
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import mistake_in_date
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.file_status import expanded, is_file
+from tumble.foundation.file_status import expanded, is_file, is_folder
 from tumble.foundation.files import make_file
 from tumble.foundation.names import normal_name
 from tumble.foundation.provenance import date_now
@@ -32,7 +32,7 @@ from tumble.laboratory import tables
 from tumble.laboratory.address import RegistryAddress, parse_address
 from tumble.laboratory.chain import Entry, Record, Value, next_entry, sha256_of_json, stored
 from tumble.laboratory.database import PATIENCE, Database, RegistryError
-from tumble.laboratory.documents import Documents
+from tumble.laboratory.documents import Documents, documents_beside
 from tumble.laboratory.results import (
     SIMPLE,
     Result,
@@ -161,8 +161,7 @@ class Registry:
             raise RegistryError(f"{self.address}: holds no registry; restore it from a backup")
         self.identifier: str = row["identifier"]
         self.laboratory: str = row["laboratory"]
-        folder = None if self.address.path is None else self.address.path.parent
-        self.documents = Documents(row["documents"], folder)
+        self.documents = _documents(row["documents"], self.address.path)
 
     @classmethod
     def create(
@@ -177,7 +176,7 @@ class Registry:
         if place.path is None and not documents:
             documents = cls._documents_of(database)
         if place.path is not None:
-            documents = documents or f"{place.path.stem}-documents"
+            documents = documents or documents_beside(place.path).name
             make_file(place.path)
         elif "://" not in documents:
             documents = str(expanded(documents).absolute())
@@ -649,6 +648,17 @@ def _append(
         if found := whole.get(table.name):
             connection.execute(insert(table), [dict(row) for row in found])
     return entry
+
+
+def _documents(stated: str, path: Path | None) -> Documents:
+    """Return the documents of a registry: those beside its file before those that it states.
+
+    A copy has them beside it, and states the place that the registry had which it was copied from.
+    """
+    if path is None:
+        return Documents(stated)
+    beside = documents_beside(path)
+    return Documents(beside.name if is_folder(beside) else stated, path.parent)
 
 
 def _user() -> str:
