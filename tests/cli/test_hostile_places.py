@@ -12,7 +12,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hostile_places import commands, hostile_files, patient, places, without_rights_of_root
+from hostile_places import (
+    commands,
+    hostile_files,
+    patient,
+    places,
+    room_for,
+    without_rights_of_root,
+)
 from made_up_calibrations import made_up, save
 from made_up_certificates import project_file
 from repetitions import SOAK
@@ -92,6 +99,44 @@ def test_a_name_from_any_text_is_one_part_of_a_path(text):
 
 def test_names_that_differ_far_behind_have_different_files():
     assert file_stem("x" * 300 + "1") != file_stem("x" * 300 + "2")
+
+
+FOR_A_FULL_DISK = (
+    ("spin", "session/spin.csv", "-o", "out"),
+    ("simulate", "spin", "-o", "out"),
+    ("registry", "init", "out.db"),
+    ("registry", "add", "results"),
+    ("registry", "backup", "out"),
+    ("certificate", "key", "out.pem"),
+    ("certificate", "issue", "results", "-o", "out"),
+    ("convert", "session/spin.csv", "-o", "out.mcap"),
+    ("export", "results/result_0.yaml", "--format", "c", "-o", "out.h"),
+    ("fleet", "run", "job.yaml", "--workers", "1"),
+)
+"""Commands that write."""
+
+
+@pytest.mark.parametrize("words", FOR_A_FULL_DISK, ids=lambda words: " ".join(words[:2]))
+def test_a_full_disk_is_one_line_and_leaves_no_half(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
+    Registry.create(tmp_path / "lab.db")
+    (tmp_path / "tumble.toml").write_text(project_file() + 'registry = "lab.db"\n')
+    (tmp_path / "job.yaml").write_text("procedure: spin\ninputs: session/spin.csv\nresults: out\n")
+    save(tmp_path / "results", made_up(serial="1", log="1"))
+    assert typed("simulate", "spin", "--turns", "2", "-o", "session").code == 0
+    before = {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    for size in (0, 100):
+        with patient(), room_for(size):
+            done = typed(*words)
+        assert (done.code, done.out) == (2, ""), done
+        assert len([line for line in done.err.splitlines() if line.startswith("tumble: error: ")]) == 1
+        left = {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        made = {name for name in left.keys() - before if "-wal" not in name and "-shm" not in name}
+        assert all(left.get(name) == content for name, content in before.items() if name != "lab.db")
+        assert made <= {"out.db"}  # empty, so that init goes on with it
+    assert typed("registry", "verify").code == 0
+    assert typed(*words).code in (0, 3)
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import re
+import resource
 import signal
 import socket
 from collections.abc import Iterator, Mapping
@@ -126,6 +127,17 @@ def without_rights_of_root() -> Iterator[None]:
         yield
     finally:
         assert libc.capset(ctypes.byref(header), before) == 0
+
+
+@contextmanager
+def room_for(size: int) -> Iterator[None]:
+    """Lets files grow to so many bytes and no further, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @contextmanager

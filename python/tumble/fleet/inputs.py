@@ -70,14 +70,18 @@ class InputList:
     """
 
     def __init__(self, job: FleetJob) -> None:
-        self._file = TemporaryFile("w+", encoding="utf-8", errors="surrogateescape")  # noqa: SIM115 - `close`
         marks = array("Q")
-        for each in inputs_of(job):
-            self._file.write(
-                json.dumps([each.place, each.version, dict(each.facts), dict(each.options)]) + "\n"
-            )
-            marks.append(_mark(each))
-        self._file.flush()
+        try:
+            self._file = TemporaryFile("w+", encoding="utf-8", errors="surrogateescape")  # noqa: SIM115 - `close`
+            for each in inputs_of(job):
+                content = [each.place, each.version, dict(each.facts), dict(each.options)]
+                self._file.write(json.dumps(content) + "\n")
+                marks.append(_mark(each))
+            self._file.flush()
+        except OSError as error:
+            raise InputsError(
+                f"the inputs cannot be listed: {error.strerror or error}; name a folder with room by TMPDIR"
+            ) from error
         self._count = len(marks)
         self._refuse_doubled(np.sort(np.frombuffer(marks, np.uint64)))
 

@@ -78,6 +78,11 @@ class FileStore:
                 self.files.pipe_file(path, content)
                 return
             write_shared(Path(path), content)
+        except OSError as error:
+            if not self.is_local:
+                raise store_error(self.url, error) from error
+            reason = error.strerror or error
+            raise StoreError(f"{path}: cannot be written: {reason}; give another folder") from error
         except Exception as error:
             raise store_error(self.url, error) from error
 

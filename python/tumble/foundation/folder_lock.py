@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from tumble.foundation.errors import OutputError
@@ -29,8 +30,9 @@ class FolderLock:
         while not self._is_ours():
             os.close(self._file)
             self._file = _opened(self.path)
-        os.truncate(self._file, 0)
-        os.write(self._file, str(os.getpid()).encode())
+        with suppress(OSError):  # on a full disk a lock holds that names nobody
+            os.truncate(self._file, 0)
+            os.write(self._file, str(os.getpid()).encode())
 
     def release(self) -> None:
         """Releases the lock. The file is removed while locked: a moment later it could be of another run."""

@@ -17,7 +17,7 @@ from tumble.foundation.days import moment_of
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
-from tumble.foundation.files import make_new_file
+from tumble.foundation.files import make_new_file, remove_made
 from tumble.foundation.provenance import date_now
 from tumble.foundation.words import plain
 
@@ -73,7 +73,11 @@ def make_key(path: Path, laboratory: str) -> Path:
     )
     shown = certificate.public_bytes(serialization.Encoding.PEM)
     make_new_file(path, private + shown, is_secret=True)
-    make_new_file(public, shown)
+    try:
+        make_new_file(public, shown)
+    except BaseException:
+        remove_made(path)
+        raise
     return public
 
 
