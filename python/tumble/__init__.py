@@ -7,8 +7,6 @@
 
 from __future__ import annotations
 
-from tumble.foundation import lazy
-
 TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
 if TYPE_CHECKING:
     from tumble._core import __version__
@@ -169,7 +167,12 @@ def _homes() -> dict[str, tuple[str, ...]]:
     }
 
 
-__getattr__ = lazy.attributes(__name__, _homes)
+def __getattr__(name: str) -> object:
+    # Each module that is imported with the package delays the moment from which the command heeds Control-C.
+    from tumble.foundation import lazy
+
+    globals()["__getattr__"] = lazy.attributes(__name__, _homes)
+    return globals()["__getattr__"](name)
 
 
 def __dir__() -> list[str]:

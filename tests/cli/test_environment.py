@@ -104,6 +104,19 @@ def test_control_c_between_import_and_call_leaves_no_traceback():
 def test_the_installed_command_heeds_control_c_first():
     pyproject = (Path(__file__).parents[2] / "pyproject.toml").read_text()
     assert '\ntumble = "tumble.cli.console:main"\n' in pyproject
+    code = """
+import _signal, sys
+before, heed = set(sys.modules), _signal.signal
+def noted(number, handler):
+    print(*sorted(set(sys.modules) - before))
+    _signal.signal = heed
+    return heed(number, handler)
+_signal.signal = noted
+import tumble.cli.console
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    imported = set(done.stdout.split()) - {"__future__"}
+    assert imported == {"tumble", "tumble.cli", "tumble.cli.console", "tumble.cli.control_c"}, done
 
 
 def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):

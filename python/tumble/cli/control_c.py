@@ -13,8 +13,6 @@ import _signal  # type: ignore[import-not-found] # `signal` imports enum, which 
 import _thread
 import os
 
-from tumble.cli.exit_code import ExitCode
-
 _IMPORTING = "<frozen importlib"
 """Begins the name of the file that the interpreter's own import is in."""
 _STARTING = (("submit", os.sep + "thread.py"), ("start", os.sep + "threading.py"))
@@ -104,7 +102,7 @@ def show_cursor() -> None:
 
 def _end_at_once(_number: int, _frame: object) -> None:
     show_cursor()
-    os._exit(ExitCode.INTERRUPTED)
+    os._exit(128 + _signal.SIGINT)  # `ExitCode.INTERRUPTED`, which may be in the midst of its import
 
 
 class _Tries:

@@ -105,7 +105,7 @@ def load_signer(path: Path) -> x509.Certificate:
     content = read_whole(path, LARGEST, "key", remedy="give one in PEM")
     try:
         found = x509.load_pem_x509_certificate(content)
-        # What it holds is read when it is asked for, and may be damaged by itself.
+        # Its parts are read when they are asked for, and each may be damaged by itself.
         found.public_key()
         name_of(found)
     except _UNREADABLE:
