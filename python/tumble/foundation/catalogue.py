@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
@@ -42,6 +43,11 @@ _BRACKETED = re.compile(r"(.*?) ?\((.*)\)", re.DOTALL)
 _ENDS = (".", ":", ";")
 _CONTINUED = (", ", "; ")
 """Seams with which texts begin that continue another."""
+_MOST_STEPS = 2000
+"""Steps to find one text; our longest take a third of it."""
+_LETTERS_A_STEP = 64
+_LONGEST_FILLED = 600
+"""Letters of a text that may be made of a template; our longest have two thirds of it."""
 _BETWEEN_CHINESE = re.compile(r"(?<=[\u3400-\u9fff]) (?=[\u3400-\u9fff])")
 
 
@@ -65,14 +71,33 @@ class _Template:
     """Pattern of what may stand in a place."""
 
     @cached_property
+    def literals(self) -> Sequence[str]:
+        """Parts between the places."""
+        return PLACE.split(self.text)[::2]
+
+    @cached_property
     def landmark(self) -> str:
         """Longest literal part, which every text made of the template holds."""
-        return max(PLACE.split(self.text)[::2], key=len)
+        return max(self.literals, key=len)
+
+    def match(self, body: str) -> re.Match[str] | None:
+        """Returns the match of a text that is made of it."""
+        is_near = self.landmark in body and len(body) <= _LONGEST_FILLED and self._has_literals(body)
+        return self.pattern.fullmatch(body) if is_near else None
+
+    def _has_literals(self, body: str) -> bool:
+        """Looks for the literals one behind the other; without that, a pattern may try for hours to fit."""
+        first, *inner, last = self.literals
+        at = len(first) if body.startswith(first) else -1
+        for literal in inner:
+            at = at if at < 0 else body.find(literal, at) + len(literal)
+            at = at if at >= len(literal) else -1
+        return 0 <= at <= len(body) - len(last) and body.endswith(last)
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
         """Pattern of the texts made of it; to compile all of a catalogue takes longer than a command."""
-        literals = PLACE.split(self.text)[::2]
+        literals = self.literals
         pattern, seen = re.escape(literals[0]), set[str]()
         for name, literal in zip(PLACE.findall(self.text), literals[1:], strict=True):
             place = _COUNT if name == "count" else self.wanted
@@ -80,6 +105,23 @@ class _Template:
             pattern += re.escape(literal)
             seen.add(name)
         return re.compile(pattern, re.DOTALL)
+
+
+_steps: ContextVar[list[int] | None] = ContextVar("steps", default=None)
+"""Steps that the search of a text may still take, as an only item."""
+
+
+class _TooManyStepsError(Exception):
+    """A text has more parts than any of ours."""
+
+
+def _count_steps(part: str) -> None:
+    """Counts the steps to look a part up, which grow with its length."""
+    left = _steps.get()
+    assert left, "a search has begun"
+    left[0] -= 1 + len(part) // _LETTERS_A_STEP
+    if left[0] < 0:
+        raise _TooManyStepsError
 
 
 FindPart: TypeAlias = Callable[[str], "str | None"]
@@ -107,11 +149,23 @@ class Catalogue:
         if values:
             found = self._texts.get((context, text))
             return filled(text, values) if found is None else self._filled(found, values)
-        found = self._found(text, context) if _WORD.search(text) else None
+        found = self._searched(text, context) if _WORD.search(text) else None
         return text if found is None else found
+
+    def _searched(self, text: str, context: str) -> str | None:
+        """Finds a text in a bounded number of steps: one from outside may be parted in ever so many ways."""
+        token = None if _steps.get() else _steps.set([_MOST_STEPS])
+        try:
+            return self._found(text, context)
+        except _TooManyStepsError:
+            return None
+        finally:
+            if token is not None:
+                _steps.reset(token)
 
     def _find(self, text: str, context: str) -> str | None:
         """Finds all of a text, else by a template that holds what is unknown, else some parts of it."""
+        _count_steps(text)
         text = text.strip()
         if context:
             return self._texts.get((context, text))
@@ -128,6 +182,7 @@ class Catalogue:
 
     def _find_complete(self, text: str) -> str | None:
         """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
+        _count_steps(text)
         if not _WORD.search(_SAME.sub("", text)):
             return f"{text[:-1]}{self._seam(text[-1])}" if text.endswith((":", ";")) else text
         found = self._by_template(text, self._templates, self._complete)
@@ -143,7 +198,7 @@ class Catalogue:
             if (found := self._texts.get(("", body))) is not None:
                 return found
             for template in templates:
-                match = template.pattern.fullmatch(body) if template.landmark in body else None
+                match = template.match(body)
                 if match and (found := self._made_of(template, match.groupdict(), part)) is not None:
                     return found
         return None
