@@ -11,7 +11,7 @@ from exchange_units import READABLE, calibration, needed
 from tumble.calibration.document import Calibration
 from tumble.tools.exchange.parameters import numbers_of
 from tumble.tools.exchange.registry import TARGETS
-from turntable_sessions import typed
+from turntable_sessions import one_line, typed
 from ulog_fixtures import ULogWriter
 
 
@@ -228,3 +228,11 @@ def test_failed_import_is_reported_in_one_line(tmp_path, name, content, message)
     assert message in done.err
     assert len(done.err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_calibrations_without_a_format_are_not_passed_over(tmp_path, unit, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = typed("export", unit)
+    assert done.code == 2
+    assert "missing --format" in one_line(done.err)
+    assert typed("export").code == 0

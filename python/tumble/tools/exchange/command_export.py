@@ -66,6 +66,10 @@ def export_command(
     if write_all and format_name != LIST:
         raise CommandError(f"--all writes every format; leave out --format {format_name}")
     if format_name == LIST and not write_all:
+        if calibrations:
+            raise CommandError(
+                "missing --format; tumble export --format list shows them, --all writes every one"
+            )
         _list(as_json)
         return
     if not calibrations:
