@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 
 import numpy as np
 import pyarrow as pa
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fleet_functions
-from fleet_jobs import function_job, results_of, run_job
+from fleet_jobs import SerialEngine, function_job, results_of, run_job
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
 from tumble.fleet import parts
@@ -188,6 +189,18 @@ def test_texts_of_results_begin_no_line_of_their_own(tmp_path, rows):
     done = typed("fleet", "show", tmp_path)
     assert "as if" in done.out
     assert not any(line.startswith("Failed: 99") for line in done.out.splitlines())
+
+
+def test_a_folder_whose_name_is_no_utf_8_is_a_row(tmp_path, monkeypatch):
+    folder = tmp_path / os.fsdecode(b"rob\xe9t")
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    (folder / "log.csv").write_text("no log")
+    (folder / "job.yaml").write_text("procedure: spin\ninputs: log.csv\nresults: results\n")
+    run_job(load_job("job.yaml"), SerialEngine())
+    (found,) = results_of(load_job("job.yaml")).to_pylist()
+    assert found["place"].endswith("rob\\xe9t/log.csv")
+    assert "not a log" in found["failure"]
 
 
 def test_arguments_without_the_other_quotation_mark_are_refused(tmp_path):

@@ -16,6 +16,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from tumble.fleet.places import FileStore, StoreError, store_error
 from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.words import utf8
 
 FOLDER = "parts"
 ENDING = ".parquet"
@@ -101,9 +102,19 @@ def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
     digest = hashlib.sha256(b"".join(each.key for each in some)).hexdigest()[:32]
     name = f"{FOLDER}/day={file_stem(day)}/{digest}{ENDING}"
     content = io.BytesIO()
-    pq.write_table(pa.Table.from_pylist([asdict(each) for each in some], SCHEMA), content, compression="zstd")
+    table = pa.Table.from_pylist([_in_utf8(asdict(each)) for each in some], SCHEMA)
+    pq.write_table(table, content, compression="zstd")
     results.write(name, content.getvalue())
     return name
+
+
+def _in_utf8(value: Any) -> Any:  # noqa: ANN401 - plain data
+    """Returns plain data with each text as Parquet holds it: names of files may be no UTF-8."""
+    if isinstance(value, dict):
+        return {name: _in_utf8(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_in_utf8(each) for each in value]
+    return utf8(value).decode() if isinstance(value, str) else value
 
 
 def exit_codes(results: FileStore) -> dict[bytes, int]:
