@@ -19,6 +19,9 @@ pub trait Real: RealField + Copy {
     /// Seconds in a span of microseconds.
     fn of_microseconds(span: u64) -> Self;
 
+    /// Microseconds in a span of seconds, to the nearest; the largest there are of a longer one, 0 of NaN.
+    fn microseconds(self) -> i64;
+
     /// Square root; NaN of what is negative.
     fn square_root(self) -> Self;
 
@@ -45,6 +48,11 @@ impl Real for f32 {
     #[allow(clippy::cast_precision_loss)]
     fn of_microseconds(span: u64) -> Self {
         span as f32 * 1e-6
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn microseconds(self) -> i64 {
+        (self * 1e6 + if self < 0.0 { -0.5 } else { 0.5 }) as i64
     }
 
     fn square_root(self) -> Self {
@@ -77,6 +85,11 @@ impl Real for f64 {
     fn of_microseconds(span: u64) -> Self {
         // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
         span.cast_signed() as f64 * 1e-6
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn microseconds(self) -> i64 {
+        (self * 1e6 + if self < 0.0 { -0.5 } else { 0.5 }) as i64
     }
 
     fn square_root(self) -> Self {

@@ -10,7 +10,8 @@
 //! 5. [`health`] and [`selection`]: usable units, and the source; [`output`]: the output of the set;
 //! 6. [`isolation`] and [`aiding`]: isolation of faulty units by comparison with each other and with
 //!    aiding measurements;
-//! 7. [`monitor`]: the whole process, and its events.
+//! 7. [`monitor`]: the whole process, and its events;
+//! 8. [`model`]: the next monitor, which holds all of a set by one model (docs/theory/set.md).
 //!
 //! Derivations: docs/theory/redundancy.md.
 
@@ -24,6 +25,7 @@ pub mod gate;
 pub mod health;
 pub mod isolation;
 mod leaky;
+pub mod model;
 pub mod monitor;
 mod optional_time;
 pub mod output;

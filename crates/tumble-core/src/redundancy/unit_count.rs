@@ -1,4 +1,4 @@
-//! Tables with an entry for each secondary: one less than units.
+//! Tables with an entry for each secondary, one less than units, or for each pair of units.
 
 use core::fmt::Debug;
 
@@ -15,20 +15,31 @@ pub trait UnitCount {
     /// Entries of all secondaries.
     type OfSecondaries<X: TableEntry>: AsRef<[X]> + AsMut<[X]> + TableEntry;
 
-    /// Creates a table of equal entries.
+    /// Entries of all pairs, in the order of `pairs`.
+    type OfPairs<X: TableEntry>: AsRef<[X]> + AsMut<[X]> + TableEntry;
+
+    /// Creates a table of equal entries, of secondaries.
     fn filled<X: TableEntry>(entry: X) -> Self::OfSecondaries<X>;
+
+    /// Creates a table of equal entries, of pairs.
+    fn filled_pairs<X: TableEntry>(entry: X) -> Self::OfPairs<X>;
 }
 
 macro_rules! unit_counts {
-    ($($units:literal, $secondaries:literal;)*) => {$(
+    ($($units:literal, $secondaries:literal, $pairs:literal;)*) => {$(
         impl UnitCount for Units<$units> {
             type OfSecondaries<X: TableEntry> = [X; $secondaries];
+            type OfPairs<X: TableEntry> = [X; $pairs];
 
             fn filled<X: TableEntry>(entry: X) -> [X; $secondaries] {
                 [entry; $secondaries]
+            }
+
+            fn filled_pairs<X: TableEntry>(entry: X) -> [X; $pairs] {
+                [entry; $pairs]
             }
         }
     )*};
 }
 
-unit_counts!(2, 1; 3, 2; 4, 3; 5, 4; 6, 5; 7, 6; 8, 7;);
+unit_counts!(2, 1, 1; 3, 2, 3; 4, 3, 6; 5, 4, 10; 6, 5, 15; 7, 6, 21; 8, 7, 28;);

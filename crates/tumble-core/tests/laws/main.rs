@@ -16,6 +16,7 @@ mod redundancy_following;
 mod redundancy_health;
 mod redundancy_mission;
 mod redundancy_modes;
+mod redundancy_one_model;
 mod redundancy_outcomes;
 mod redundancy_output;
 mod redundancy_physics;

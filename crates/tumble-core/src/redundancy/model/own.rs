@@ -1,0 +1,157 @@
+//! Faults that the samples of a unit show by themselves: silence, repetition, noise, loss.
+
+use super::table::{LOSSY_SCALE, NOISY, REPEATS, SCALES, WHOLE};
+use super::vibration::Vibration;
+use super::window::UnitWindow;
+use crate::real::{Real, real};
+use crate::redundancy::components::larger;
+use crate::sample::CHANNELS;
+
+crate::vocabulary! {
+    /// Reason for which a unit is at fault.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Reason {
+        /// It sends no samples while others do.
+        Late = "late",
+        /// It repeats its readings while others change.
+        Frozen = "frozen",
+        /// Its samples scatter more than usual and more than those of others.
+        Noisy = "noisy",
+        /// It loses too many samples.
+        Lossy = "lossy",
+        /// It disagrees with others, which agree.
+        OutOfFamily = "out of family",
+        /// Its error is none of a sound unit.
+        OutOfLimits = "out of limits",
+        /// It changed from rest to rest.
+        Rest = "rest",
+    }
+}
+
+/// Own evidence of one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Own {
+    /// Most equal readings in succession in health, then in this block and in the one before.
+    repeated: [[u8; CHANNELS]; 3],
+    /// Windows in succession in which the samples of each sensor were noisy.
+    noisy: [u8; 2],
+}
+
+/// Windows and vibration of all units at one time.
+pub struct Others<'a, T: Real, const UNITS: usize> {
+    /// Window of each unit.
+    pub windows: &'a [UnitWindow<T>; UNITS],
+    /// s of silence after which each unit is late.
+    pub late_after: &'a [T; UNITS],
+    /// Scatter of this window over the usual, by sensor; zero of windows that are not whole.
+    pub scatter: &'a [[T; 2]; UNITS],
+    /// Units that count.
+    pub is_active: &'a [bool; UNITS],
+    /// Number of windows so far.
+    pub windows_so_far: u32,
+}
+
+impl Own {
+    /// Nothing is known.
+    pub const fn new() -> Self {
+        Self {
+            repeated: [[0; CHANNELS]; 3],
+            noisy: [0; 2],
+        }
+    }
+
+    /// Takes a window.
+    pub fn take(&mut self, repeated: &[u8; CHANNELS]) {
+        let [_, block, _] = &mut self.repeated;
+        for (most, now) in block.iter_mut().zip(repeated) {
+            *most = (*most).max(*now);
+        }
+    }
+
+    /// Learns from the block before, if it was calm, and begins the next.
+    pub fn end_block(&mut self, was_calm: bool) {
+        let [most, block, waiting] = &mut self.repeated;
+        if was_calm {
+            for (most, waiting) in most.iter_mut().zip(*waiting) {
+                *most = (*most).max(waiting);
+            }
+        }
+        (*waiting, *block) = (*block, [0; CHANNELS]);
+    }
+
+    /// Faults of one of several units, by reason: late, frozen, noisy, lossy (docs/theory/set.md, section 7).
+    pub fn faults<T: Real, const UNITS: usize>(
+        &mut self,
+        unit: usize,
+        vibration: &Vibration<T>,
+        at: &Others<'_, T, UNITS>,
+    ) -> [Option<Reason>; 4] {
+        [
+            at.is_late(unit).then_some(Reason::Late),
+            self.is_frozen(unit, at).then_some(Reason::Frozen),
+            self.is_noisy(unit, at).then_some(Reason::Noisy),
+            is_lossy(vibration, at.windows_so_far).then_some(Reason::Lossy),
+        ]
+    }
+
+    fn is_frozen<T: Real, const UNITS: usize>(&self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
+        let Some(window) = at.windows.get(unit) else {
+            return false;
+        };
+        let (repeats, over_usual) = REPEATS;
+        let [most, ..] = &self.repeated;
+        let channels = window.repeated.iter().zip(most).enumerate();
+        channels
+            .filter(|(_, (now, most))| **now >= repeats.max(most.saturating_mul(over_usual)))
+            .any(|(channel, _)| at.moves(unit, channel))
+    }
+
+    fn is_noisy<T: Real, const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
+        let (over_usual, over_others, windows) = NOISY;
+        for (sensor, noisy) in self.noisy.iter_mut().enumerate() {
+            let of = |number: usize| {
+                at.scatter
+                    .get(number)
+                    .map_or(T::zero(), |ratios| ratios[sensor].square_root())
+            };
+            let others = (0..UNITS).filter(|other| *other != unit && at.is_active.get(*other) == Some(&true));
+            let loudest = others.fold(T::one(), |loudest, other| larger(loudest, of(other)));
+            let is_loud = of(unit) > real(over_usual) && of(unit) > real::<T>(over_others) * loudest;
+            *noisy = if is_loud { noisy.saturating_add(1) } else { 0 };
+        }
+        self.noisy.iter().any(|noisy| *noisy >= windows)
+    }
+}
+
+impl Default for Own {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const UNITS: usize> Others<'_, T, UNITS> {
+    /// Tests whether a unit is silent while another one has just sent: a pause of all is the platform's.
+    fn is_late(&self, unit: usize) -> bool {
+        let silences = self.windows.iter().zip(self.late_after);
+        let mut each = silences.clone().map(|(window, after)| (window.silence, *after));
+        let has_sent = each.clone().any(|(silence, after)| silence < after * real(0.5));
+        has_sent && each.nth(unit).is_some_and(|(silence, after)| silence > after)
+    }
+
+    /// Tests whether a channel changes in any other unit.
+    fn moves(&self, unit: usize, channel: usize) -> bool {
+        let (repeats, _) = REPEATS;
+        let others = self.windows.iter().zip(self.late_after).enumerate();
+        others
+            .filter(|(other, _)| *other != unit)
+            .any(|(_, (window, after))| {
+                let repeated = window.repeated.get(channel).copied().unwrap_or(u8::MAX);
+                repeated < repeats / 2 && window.silence < *after
+            })
+    }
+}
+
+fn is_lossy<T: Real>(vibration: &Vibration<T>, windows: u32) -> bool {
+    let scale = SCALES.get(LOSSY_SCALE).copied().unwrap_or(u16::MAX);
+    windows >= 2 * u32::from(scale) && vibration.whole_share(LOSSY_SCALE) < real(WHOLE)
+}

@@ -1,0 +1,130 @@
+//! Vote of three and more: the unit without which the others agree.
+
+use super::table::{CLEAR, COUNT};
+use super::test::PairComparison;
+use crate::real::{Real, real};
+use crate::redundancy::unit_set::pairs;
+
+/// Unit that was odd in a window, and the largest deviation of its pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Odd<T: Real> {
+    unit: Option<u8>,
+    deviation: [T; 3],
+}
+
+/// Findings of each scale and sensor in the window before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vote<T: Real> {
+    before: [[Odd<T>; 2]; COUNT],
+}
+
+/// The unit that a window names, and the ratio that names it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named<T: Real> {
+    unit: usize,
+    ratio: T,
+}
+
+impl<T: Real> Named<T> {
+    /// Number of the unit.
+    pub fn unit(&self) -> usize {
+        self.unit
+    }
+}
+
+impl<T: Real> Vote<T> {
+    /// Begins without a finding.
+    pub fn new() -> Self {
+        let none = Odd {
+            unit: None,
+            deviation: [T::zero(); 3],
+        };
+        Self {
+            before: [[none; 2]; COUNT],
+        }
+    }
+
+    /// Takes the comparisons of all pairs over one scale, of which `judged` count, and names the unit that is odd now as in the
+    /// window before, unless `best` is named by a larger ratio (docs/theory/set.md, eq. 21).
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn take<const UNITS: usize>(
+        &mut self,
+        scale: usize,
+        compared: &[PairComparison<T>],
+        judged: impl Fn([usize; 2]) -> bool,
+        best: Option<Named<T>>,
+    ) -> Option<Named<T>> {
+        let mut best = best;
+        let Some(before) = self.before.get_mut(scale) else {
+            return best;
+        };
+        for (sensor, before) in before.iter_mut().enumerate() {
+            let mut worst = T::zero();
+            let mut deviation = compared
+                .first()
+                .map_or([T::zero(); 3], |first| first.deviation[sensor]);
+            let mut left = [T::zero(); UNITS];
+            for (pair, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
+                let ratio = found.ratio[sensor];
+                if ratio > worst {
+                    (worst, deviation) = (ratio, found.deviation[sensor]);
+                }
+                for (_, left) in left
+                    .iter_mut()
+                    .enumerate()
+                    .filter(|(unit, _)| !pair.contains(unit))
+                {
+                    if ratio > *left {
+                        *left = ratio;
+                    }
+                }
+            }
+            let odd = odd_one(&left, worst);
+            let is_same = odd.is_some() && odd.map(|unit| unit as u8) == before.unit;
+            if let Some(unit) = odd
+                && is_same
+                && is_steady(&deviation, &before.deviation)
+                && best.as_ref().is_none_or(|best| worst > best.ratio)
+            {
+                best = Some(Named { unit, ratio: worst });
+            }
+            *before = Odd {
+                unit: odd.map(|unit| unit as u8),
+                deviation,
+            };
+        }
+        best
+    }
+}
+
+impl<T: Real> Default for Vote<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The unit without which the largest ratio is clear, and clearly less than without any other one.
+pub fn odd_one<T: Real, const UNITS: usize>(left: &[T; UNITS], worst: T) -> Option<usize> {
+    let (mut unit, mut best, mut next) = (0, None, None);
+    for (number, ratio) in left.iter().enumerate() {
+        match best {
+            Some(least) if *ratio >= least => {
+                if next.is_none_or(|next| *ratio < next) {
+                    next = Some(*ratio);
+                }
+            }
+            _ => (unit, next, best) = (number, best, Some(*ratio)),
+        }
+    }
+    let [clear, clearer, _] = CLEAR.map(real::<T>);
+    let (best, next) = (best?, next?);
+    (worst > T::one() && best < clear && best < clearer * next).then_some(unit)
+}
+
+/// Tests whether two deviations point one way.
+fn is_steady<T: Real>([a, b, c]: &[T; 3], [x, y, z]: &[T; 3]) -> bool {
+    let along = *a * *x + *b * *y + *c * *z;
+    let squares = (*a * *a + *b * *b + *c * *c) * (*x * *x + *y * *y + *z * *z);
+    let [_, _, steady] = CLEAR;
+    along > real::<T>(steady) * squares.square_root()
+}
