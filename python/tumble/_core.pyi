@@ -996,6 +996,30 @@ class RedundancyMonitor:
     @staticmethod
     def state_bytes(secondaries: int, precision: str = "f32") -> int: ...
 
+class SetMonitor:
+    """A redundant set by one model: units of a number, primary first; the next monitor, for benchmarks.
+
+    Where units have clocks of their own, `finds_delays`; `precision` is `f64`, or `f32` as on a device.
+    """
+
+    def __init__(self, units: int, finds_delays: bool = True, precision: str = "f64") -> None: ...
+    def replay(
+        self,
+        times: Sequence[FloatArray],
+        specific_forces: Sequence[FloatArray],
+        angular_rates: Sequence[FloatArray],
+    ) -> list[tuple[float, int, str, dict[str, float | int | str | bool | list[int]]]]:
+        """Push all samples in order of their stamps: events, with time s, unit or -1, name, figures.
+
+        Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, in the axes of
+        the primary.
+        """
+    def set_errors(self, unit: int, rate: Sequence[float], force: Sequence[float]) -> None:
+        """State what is known of a secondary: rows of both triangles with right sides, 22 and 135 numbers."""
+    def errors(self, unit: int) -> tuple[list[float], list[float]] | None:
+        """Known errors of a secondary, as `set_errors` takes them; `None` where the primary is wrong."""
+    def state_bytes(self) -> int: ...
+
 class RedundancySaid(TypedDict):
     """What samples led to, besides what the monitor now holds."""
 

@@ -15,6 +15,7 @@ mod record;
 mod redundancy;
 mod redundancy_values;
 mod rotation;
+mod set_monitor;
 mod settings;
 mod simulate;
 mod simulate_flight;
@@ -41,6 +42,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     record::register(module)?;
     redundancy::register(module)?;
     rotation::register(module)?;
+    set_monitor::register(module)?;
     settings::register(module)?;
     simulate::register(module)?;
     simulate_flight::register(module)?;

@@ -270,7 +270,7 @@ impl PyMonitor {
 }
 
 /// Rows of the samples of one unit; arrays of one length.
-fn unit_rows<'a>(
+pub(crate) fn unit_rows<'a>(
     time: &'a PyReadonlyArray1<'_, f64>,
     specific_force: &'a PyReadonlyArray2<'_, f64>,
     angular_rate: &'a PyReadonlyArray2<'_, f64>,
