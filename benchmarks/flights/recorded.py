@@ -1,6 +1,6 @@
-"""Real flights with faults put in: PX4's default voter, the present monitor and the model, in one run.
+"""Real flights with faults put in: PX4's default voter, the present monitor, the model, and it in the core.
 
-`python -m benchmarks.flights.recorded [FOLDER] [--flights 4] [--classes gyroscope] [--units 3] [--draws 1]`
+`python -m benchmarks.flights.recorded [FOLDER] [--flights 4] [--classes gyroscope] [--monitors core]`
 
 FOLDER, by default ../shared/data/quadrotor, holds a folder a flight: `imu_1.parquet` and so on, and
 `rtk.parquet`. Every second flight is held out: stored errors come from the others. `benchmarks/README.md`
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -27,6 +27,7 @@ from benchmarks.flights import px4_voter
 from benchmarks.flights.classes import CLASSES, SHARES
 from benchmarks.flights.folder import RecordedFlight
 from benchmarks.flights.model.aiding import MEASURED, SPAN, of_positions
+from benchmarks.flights.model.core import flown_by_core
 from benchmarks.flights.model.error import Errors
 from benchmarks.flights.model.monitor import flown
 from benchmarks.flights.stored_errors import Store, corrected, joined, learnt, records
@@ -44,10 +45,10 @@ DRAWS = 2
 LONG = 60.0
 """s beyond which a flight does not teach what is stored."""
 MONITORS = (
-    *("PX4", "PX4, stored", "today", "today, stored", "model", "model, stored"),
+    *("PX4", "PX4, stored", "today", "today, stored", "model", "model, stored", "core", "core, stored"),
     *("today, stored, aided", "model, aided", "model, stored, aided"),
 )
-"""The last three for two units, beside the velocity of a satellite receiver."""
+"""The core takes the steps of the model. The last three are for two units, beside a receiver's velocity."""
 OUTCOMES = ("right", "wrong", "none")
 SETTINGS: dict[str, object] = {"evaluate_every": 10.0}
 
@@ -101,36 +102,49 @@ def drawn(flight: RecordedFlight, number: int, held_out: bool, options: Mapping[
     return found
 
 
-def judged(runs: Sequence[Run], flight: RecordedFlight, store: Store) -> list[dict[str, Any]]:
-    """Flies runs of one flight and size with every monitor, and judges the events of each."""
+def judged(
+    runs: Sequence[Run], flight: RecordedFlight, store: Store, wanted: str = ""
+) -> list[dict[str, Any]]:
+    """Flies runs of one flight and size with every wanted monitor, and judges the events of each."""
     stored = [store.of_set(run.numbers) for run in runs]
     found = []
-    for name, events in _flown(runs, flight, stored):
+    for name, events in _flown(runs, flight, stored, wanted):
         found += [_row(run, name, each) for run, each in zip(runs, events, strict=True)]
     return found
 
 
 def _flown(
-    runs: Sequence[Run], flight: RecordedFlight, stored: Sequence[Errors]
+    runs: Sequence[Run], flight: RecordedFlight, stored: Sequence[Errors], wanted: str
 ) -> Iterator[tuple[str, list[list[Event]]]]:
-    """Returns the events of all runs, by monitor."""
+    """Returns the events of all runs, by monitor, of those that are wanted."""
     samples, known = [run.samples for run in runs], joined(stored)
-    yield "PX4", [px4_voter.events(each) for each in samples]
-    yield (
-        "PX4, stored",
-        [px4_voter.events(corrected(each, of)) for each, of in zip(samples, stored, strict=True)],
-    )
-    yield "today", [today(each, None) for each in samples]
-    yield "today, stored", [today(each, of) for each, of in zip(samples, stored, strict=True)]
-    yield "model", [each.events for each in flown(samples)]
-    yield "model, stored", [each.events for each in flown(samples, known)]
-    if len(samples[0]) > 2 or not len(flight.position_time):
-        return
-    velocities = of_positions(flight.position_time, flight.position)
-    aided = in_order([Aiding.velocity(velocities.end - 0.5 * SPAN, velocities.value, MEASURED)], ())
-    yield "today, stored, aided", [today(each, of, aided) for each, of in zip(samples, stored, strict=True)]
-    yield "model, aided", [each.events for each in flown(samples, None, velocities)]
-    yield "model, stored, aided", [each.events for each in flown(samples, known, velocities)]
+    plain: dict[str, Callable[[], list[list[Event]]]] = {
+        "PX4": lambda: [px4_voter.events(each) for each in samples],
+        "PX4, stored": lambda: [
+            px4_voter.events(corrected(each, of)) for each, of in zip(samples, stored, strict=True)
+        ],
+        "today": lambda: [today(each, None) for each in samples],
+        "today, stored": lambda: [today(each, of) for each, of in zip(samples, stored, strict=True)],
+        "model": lambda: [each.events for each in flown(samples)],
+        "model, stored": lambda: [each.events for each in flown(samples, known)],
+        "core": lambda: [flown_by_core(each)[0] for each in samples],
+        "core, stored": lambda: [
+            flown_by_core(each, of)[0] for each, of in zip(samples, stored, strict=True)
+        ],
+    }
+    if len(samples[0]) == 2 and len(flight.position_time):
+        velocities = of_positions(flight.position_time, flight.position)
+        aided = in_order([Aiding.velocity(velocities.end - 0.5 * SPAN, velocities.value, MEASURED)], ())
+        plain |= {
+            "today, stored, aided": lambda: [
+                today(each, of, aided) for each, of in zip(samples, stored, strict=True)
+            ],
+            "model, aided": lambda: [each.events for each in flown(samples, None, velocities)],
+            "model, stored, aided": lambda: [each.events for each in flown(samples, known, velocities)],
+        }
+    for name, fly in plain.items():
+        if wanted in name:
+            yield name, fly()
 
 
 def today(
@@ -253,7 +267,9 @@ def _false(of: Mapping[str, Any]) -> str:
 
 def _failures(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     for row in rows:
-        if row["monitor"].startswith("model") and (row["outcome"] in ("wrong", "none") or row["false"]):
+        if row["monitor"].startswith(("model", "core")) and (
+            row["outcome"] in ("wrong", "none") or row["false"]
+        ):
             yield str(
                 {
                     name: row[name]
@@ -268,6 +284,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("folder", type=Path, nargs="?", default=FOLDER)
     parser.add_argument("--flights", type=int, help="number of them, from the first by name")
     parser.add_argument("--classes", default="", metavar="TEXT", help="in the names of the classes of fault")
+    parser.add_argument("--monitors", default="", metavar="TEXT", help="in the names of the monitors")
     parser.add_argument("--units", type=int, action="append", choices=SIZES, help="in a set; all by default")
     parser.add_argument("--draws", type=int, default=DRAWS, help="of each class in each flight and size")
     parser.add_argument("--seed", type=int, default=0)
@@ -293,7 +310,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             continue
         runs = drawn(flight, number, bool(number % 2), options)
         for size in options["units"]:
-            rows += judged([run for run in runs if len(run.numbers) == size], flight, store)
+            rows += judged([run for run in runs if len(run.numbers) == size], flight, store, stated.monitors)
     figures = {
         title: summary([row for row in rows if row["held out"] == held_out])
         for title, held_out in (("looked at", False), ("held out", True))
@@ -305,7 +322,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if stated.failures:
         for line in _failures(rows):
             console.print(line, highlight=False)
-    is_whole = stated.flights is None and stated.units is None and not (stated.classes or stated.held_out)
+    is_whole = stated.flights is None and stated.units is None
+    is_whole = is_whole and not (stated.classes or stated.held_out or stated.monitors)
     if is_whole and not stated.no_save:
         save("flight_recorded", {**options, "figures": figures, "machine": machine()})
     return 0

@@ -110,6 +110,12 @@ class Errors:
         turned = np.sum(matrix * (force + carried)[..., None, :], axis=-1)
         return np.asarray(turned + carried + self.force[..., BIAS])
 
+    def both(self, motion: FloatArray) -> FloatArray:
+        """Errors (b, n, 6) m/s^2 and rad/s of each unit along motions (b, 18) of the set."""
+        lever = levers(motion[:, 9:12], motion[:, 12:])
+        force = self.force_error(motion[:, None, :3], lever[:, None])
+        return np.concatenate([force, self.rate_error(motion[:, None, 3:6])], axis=-1)
+
     def bilinear(self, lever: FloatArray) -> FloatArray:
         """Returns (M - 1) W r (b, n, 3) m/s^2 at levers (b, 3, 3): no linear part of the parameters."""
         matrix = self.force[..., :9].reshape(*self.force.shape[:-1], 3, 3)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.flights.model.window import Windows
+from benchmarks.flights.model.means import SCALES, LeakyMeans
+from benchmarks.flights.model.window import BLOCK, Windows
 from tumble.foundation.recording import FloatArray
 
 CLEAR = 0.7
@@ -34,6 +35,7 @@ USUAL_SECONDS = 10.0
 LOSSY = 0.6
 """Share of whole windows over `LOSSY_WINDOWS` within which too many samples are lost."""
 LOSSY_WINDOWS = 40
+"""One of the scales."""
 
 
 class Vote:
@@ -83,8 +85,14 @@ class Own:
         self.usual = self.kinds[0]
         self.most_repeated = np.zeros(self.repeated.shape[1:])
         self.noisy = np.zeros(self.scatter.shape[1:], dtype=int)
-        self.shares = np.concatenate([np.zeros((1, *self.whole.shape[1:])), np.cumsum(self.whole, axis=0)])
-        self.sums = np.concatenate([np.zeros((1, *self.scatter.shape[1:])), np.cumsum(self.scatter, axis=0)])
+        self.longest = np.zeros((2, *self.repeated.shape[1:]))
+        self.means = LeakyMeans(self.whole.shape[1:], 2)
+
+    def take(self, step: int) -> None:
+        """Takes a window; one that no unit has is a pause of the platform, and no loss."""
+        some = np.broadcast_to(self.whole[step].any(axis=1, keepdims=True), self.whole[step].shape)
+        self.means.take(self.scatter[step], self.whole[step], some)
+        self.longest[0] = np.maximum(self.longest[0], self.repeated[step])
 
     def reasons(self, step: int, active: NDArray[np.bool_]) -> dict[str, NDArray[np.bool_]]:
         """Returns the units (b, n) that are at fault by each reason."""
@@ -125,14 +133,11 @@ class Own:
     def _lossy(self, step: int) -> NDArray[np.bool_]:
         if step + 1 < 2 * LOSSY_WINDOWS:
             return np.zeros(self.whole.shape[1:], dtype=bool)
-        share = (self.shares[step + 1] - self.shares[step + 1 - LOSSY_WINDOWS]) / LOSSY_WINDOWS
-        return np.asarray(share < LOSSY)
+        return np.asarray(self.means.weight[SCALES.index(LOSSY_WINDOWS)] < LOSSY)
 
-    def ratio(self, step: int, scales: Sequence[int]) -> FloatArray:
+    def ratio(self) -> FloatArray:
         """Returns the scatter of samples over each scale, over its usual (s, b, n, 2)."""
-        begins = np.array([max(step + 1 - scale, 0) for scale in scales])
-        mean = (self.sums[step + 1] - self.sums[begins]) / (step + 1 - begins)[:, None, None, None]
-        return self._over_usual(mean)
+        return self._over_usual(self.means.mean())
 
     def set_state(self, rest: NDArray[np.bool_]) -> None:
         """Compares with the usual scatter at rest or in motion, of runs (b,), or with the known one."""
@@ -141,19 +146,19 @@ class Own:
         wanted = np.where(at_rest, still, motion)
         self.usual = np.where(wanted > 0.0, wanted, motion + still)
 
-    def learn(
-        self, first: int, last: int, seconds: float, chosen: NDArray[np.bool_], rest: NDArray[np.bool_]
-    ) -> None:
-        """Learns the usual scatter from a block, of chosen units (b, n), at rest or not (b,)."""
+    def learn(self, seconds: float, chosen: NDArray[np.bool_], rest: NDArray[np.bool_]) -> None:
+        """Learns the usual scatter, of chosen units (b, n), at rest or not (b,)."""
         for kind, those in enumerate((~rest, rest)):
-            self._learn(kind, first, last, seconds, chosen & those[:, None])
+            self._learn(kind, seconds, chosen & those[:, None])
 
-    def _learn(self, kind: int, first: int, last: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
-        count = self.shares[last] - self.shares[first]
-        some = (chosen & (count > 0))[..., None]
+    def _learn(self, kind: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
+        some = (chosen & (self.means.weight[SCALES.index(BLOCK)] > 0.0))[..., None]
         usual = self.kinds[kind]
-        mean = (self.sums[last] - self.sums[first]) / (last - first)
         share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
-        usual += np.where(some, share * (mean - usual), 0.0)
-        longest = self.repeated[first:last].max(axis=0)
-        self.most_repeated = np.where(some, np.maximum(self.most_repeated, longest), self.most_repeated)
+        usual += np.where(some, share * (self.means.mean()[SCALES.index(BLOCK)] - usual), 0.0)
+        most = np.maximum(self.most_repeated, self.longest[1])
+        self.most_repeated = np.where(some, most, self.most_repeated)
+
+    def end_block(self) -> None:
+        """Begins the next block."""
+        self.longest = np.stack([np.zeros_like(self.longest[0]), self.longest[0]])

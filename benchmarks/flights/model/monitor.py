@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.flights.model import clock
 from benchmarks.flights.model.aiding import DECIDED, EARLIER, TwoHypotheses, Velocities
-from benchmarks.flights.model.clock import FIRST, synchronised
 from benchmarks.flights.model.error import (
     FORCE_WINDOWS,
     Errors,
@@ -18,9 +18,10 @@ from benchmarks.flights.model.error import (
 )
 from benchmarks.flights.model.hypotheses import Own, Vote
 from benchmarks.flights.model.limits import Limits
+from benchmarks.flights.model.means import SCALES
 from benchmarks.flights.model.rest import Rests
 from benchmarks.flights.model.statement import Statement, first_errors
-from benchmarks.flights.model.test import SCALES, Comparison, PairTest, motion_of_set, paired
+from benchmarks.flights.model.test import MOTION, Comparison, PairTest, motion_of_set
 from benchmarks.flights.model.vibration import Aliased, of_set
 from benchmarks.flights.model.window import BLOCK, HOP, UnitWindows, Windows, averaged, beside, grid
 from benchmarks.redundancy_judgement import Event
@@ -62,8 +63,10 @@ class _Block:
     calm: NDArray[np.bool_]
     """(b,) all pairs agreed."""
     active: NDArray[np.bool_]
-    first: int
-    last: int
+    timed: NDArray[np.bool_]
+    """(b, n) the delay of the clock was known throughout."""
+    rest: NDArray[np.bool_]
+    """(b,) the set was at rest throughout."""
 
 
 class Monitor:
@@ -89,14 +92,15 @@ class Monitor:
         self.whole = np.stack([each.is_whole for each in windows], axis=1)
         self.reading, self.motion = reading, motion_of_set(reading, change, product, self.whole)
         interval = np.stack([each.interval for each in windows])
-        self.test = PairTest(paired(reading, self.whole, self.motion), self.motion, interval)
         self.delayed = np.zeros(self.whole.shape) if delayed is None else delayed
-        self.rests = Rests(reading, self.whole, np.stack([each.repeated for each in windows], axis=1))
+        self.repeated = np.stack([each.repeated for each in windows], axis=1)
         self.runs, self.units = reading.shape[1:3]
+        self.rests = Rests(self.runs, self.units)
+        self.test = PairTest(self.runs, self.units, interval)
         pairs = self.test.means.pairs
         self.vote = Vote(pairs, self.units, (len(SCALES), self.runs, len(pairs), 2))
         self.own = Own(windows)
-        self.aliased = Aliased(reading, self.motion, self.whole)
+        self.aliased = Aliased(self.runs, self.units)
         self.errors = self.stored = errors
         self.learnt = np.zeros(self.runs, dtype=bool)
         self.limits = Limits(pairs, self.units, self.runs)
@@ -112,7 +116,7 @@ class Monitor:
         aided = velocities is not None and self.units == 2
         self.hypotheses = TwoHypotheses(velocities, self.runs) if velocities is not None and aided else None
         self.held = reading[0]
-        self.begun: _Block = self._block(0)
+        self.begun: _Block = self._block()
         self.waiting: _Block | None = None
         self.source = np.full(self.runs, NO_UNIT - 1)
 
@@ -127,26 +131,31 @@ class Monitor:
         kept = self.stored if self.beyond[run, 0] else self.errors
         return Flown(self.events[run], Errors(*(getattr(kept, name)[[run]] for name in Errors.__slots__)))
 
-    def _block(self, first: int) -> _Block:
+    def _block(self) -> _Block:
         return _Block(
             Information.none(self.runs, self.units),
             np.zeros(0),
             np.ones(self.runs, dtype=bool),
             np.ones((self.runs, self.units), dtype=bool),
-            first,
-            first,
+            np.ones((self.runs, self.units), dtype=bool),
+            np.ones(self.runs, dtype=bool),
         )
 
     def _step(self, step: int) -> None:
         now = float(self.time[step]) + HOP
         began = float(self.time[0])
-        self.rests.take(step)
-        self.own.set_state(self.rests.is_rest[step])
+        reading, whole, motion = self.reading[step], self.whole[step], self.motion[step]
+        self.rests.take(reading, whole, self.repeated[step])
+        self.own.take(step)
+        self.own.set_state(self.rests.is_rest)
         self._look_at_own(step, now, began)
         active = self._active(now)
-        samples, windows = self.own.ratio(step, SCALES), self.aliased.ratio(step)
+        self._forget(step)
+        self.test.means.take(reading, self.errors, whole, motion)
+        self.aliased.take(reading, motion, whole)
+        samples, windows = self.own.ratio(), self.aliased.ratio()
         shaking = np.maximum(of_set(samples, active), of_set(windows, active))
-        comparison = self.test.compare(step, self.errors, shaking, self.delayed[step])
+        comparison = self.test.compare(self.errors, shaking, self.delayed[step])
         self.test.note(comparison)
         judged = active[:, self.test.first] & active[:, self.test.second]
         if now - began >= self.begins:
@@ -154,16 +163,24 @@ class Monitor:
         if self.hypotheses is not None:
             self._aid(step, now, active)
         if now - began >= self.begins:
-            self._look_at_rest(step, now)
+            self._look_at_rest(now)
             self._reinstate(comparison, now)
         self._select(now)
         worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 2, 3))
         # Before anything is learnt, an error within the threshold is a sound one.
         self.begun.calm &= worst < np.where(self.learnt, AGREEING, 1.0)
         self.begun.active &= active | self.beyond
+        self.begun.timed &= self.delayed[step] < clock.SIGNIFICANT
+        self.begun.rest &= self.rests.is_rest
         self._gather(step, active)
         if (step + 1) % BLOCK == 0:
             self._commit(step + 1)
+
+    def _forget(self, step: int) -> None:
+        """Forgets what pairs differed by before their clocks were one: that is no deviation."""
+        if step:
+            became = (self.delayed[step] < clock.SIGNIFICANT) & (self.delayed[step - 1] >= clock.SIGNIFICANT)
+            self.test.means.difference.forget(became[:, self.test.first] | became[:, self.test.second])
 
     def _active(self, now: float) -> NDArray[np.bool_]:
         return ~self.voted_out & (now >= self.own_until)
@@ -182,10 +199,8 @@ class Monitor:
         """Holds both units against what is measured from outside, and names one of two that disagree."""
         assert self.hypotheses is not None
         self.held = np.where(self.whole[step][..., None], self.reading[step], self.held)
-        motion = self.motion[step]
-        lever = levers(motion[:, 9:12], motion[:, 12:])
-        force = self.held[..., :3] - self.errors.force_error(motion[:, None, :3], lever[:, None])
-        rate = self.held[..., 3:] - self.errors.rate_error(motion[:, None, 3:6])
+        corrected = self.held - self.errors.both(self.motion[step])
+        force, rate = corrected[..., :3], corrected[..., 3:]
         known = len(self.hypotheses.evidence)
         self.hypotheses.advance(now, force, rate, HOP)
         if len(self.hypotheses.evidence) == known:
@@ -199,7 +214,7 @@ class Monitor:
             self.voted_out[run, unit] = True
             self._name(run, unit, now, "aiding")
 
-    def _look_at_rest(self, step: int, now: float) -> None:
+    def _look_at_rest(self, now: float) -> None:
         """Names one of two that disagree at rest where physics finds the other sound."""
         evidence = self.rests.evidence()
         active = self._active(now)
@@ -207,7 +222,7 @@ class Monitor:
         suspect = np.where(active, evidence, -np.inf)
         # A disagreement of motion alone, as of a scale, is none that a rest decides.
         lasting = (self.disputing >= DWELL).any(axis=1)
-        shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest[step] & lasting
+        shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest & lasting
         for run in np.nonzero(shown & disputed)[0]:
             worst, other = np.argsort(-suspect[run])[:2]
             if suspect[run, worst] - suspect[run, other] > DECIDED and suspect[run, other] < SOUND:
@@ -234,7 +249,7 @@ class Monitor:
     def _hold_to_limits(self, end: int, calm: NDArray[np.bool_], rest: NDArray[np.bool_]) -> None:
         """Names the unit whose error is no sound unit's, by those without it."""
         active = self._active(float(self.time[end - 1]) + HOP)
-        motion = self.motion[end - BLOCK : end].mean(axis=0)
+        motion = self.test.means.motion.mean()[SCALES.index(BLOCK), :, :MOTION]
         odd = self.limits.found(self.errors, motion, active & calm, rest)
         for run in np.nonzero(odd >= 0)[0]:
             self.voted_out[run, odd[run]] = True
@@ -298,21 +313,25 @@ class Monitor:
     def _commit(self, end: int) -> None:
         """Learns the block before, where it and this one agreed."""
         done = self.begun
-        done.noise, done.last = self.test.taken(), end
+        done.noise = self.test.taken()
         seconds = BLOCK * HOP
         if (block := self.waiting) is not None:
             calm = (block.calm & done.calm)[:, None] & block.active & done.active
             calm &= ~self.voted_out[:, :1] | self.beyond[:, :1]
-            self.learnt |= calm.any(axis=1)
-            self.errors = self.errors.walked(seconds).informed(block.information, calm.astype(float))
-            pairs = calm[:, self.test.first] & calm[:, self.test.second]
+            # Readings of other times are no errors, but where nothing moves.
+            timed = calm & (block.timed | block.rest[:, None])
+            self.learnt |= timed.any(axis=1)
+            before = self.errors
+            self.errors = before.walked(seconds).informed(block.information, timed.astype(float))
+            self.test.means.move(before, self.errors)
+            pairs = timed[:, self.test.first] & timed[:, self.test.second]
             self.test.learn(block.noise, seconds, pairs)
-            rest = self.rests.is_rest[block.first : block.last].all(axis=0)
-            self.own.learn(block.first, block.last, seconds, calm, rest)
+            self.own.learn(seconds, calm, block.rest)
             self.rests.learn(calm)
-            self._hold_to_limits(end, calm, rest)
-            self.aliased.learn(block.first, block.last, seconds, calm)
-        self.waiting, self.begun = done, self._block(end)
+            self._hold_to_limits(end, timed, block.rest)
+            self.aliased.learn(seconds, calm)
+        self.own.end_block()
+        self.waiting, self.begun = done, self._block()
 
 
 def flown(
@@ -325,7 +344,6 @@ def flown(
 ) -> list[Flown]:
     """Flies runs of equal length, of each the samples of all units, primary first; velocities aid two."""
     time = grid(runs[0])
-    start = max(float(each.time[0]) for each in runs[0])
     stated = [Statement() for _ in runs[0]] if statements is None else statements
     if statements is not None:
         runs = [[each.turned(unit) for each, unit in zip(stated, run, strict=True)] for run in runs]
@@ -334,16 +352,15 @@ def flown(
     sigmas: dict[tuple[int, int], FloatArray] = {}
     for run in runs:
         for unit in run:
-            if (pair := (id(run[0]), id(unit))) not in means:
-                known, steps = unit, np.array([[start, 0.0]])
-                if unit is not run[0] and find_delays:
-                    known, steps = synchronised(run[0], unit, start)
-                means[pair] = averaged(known, time)
-                index = np.searchsorted(steps[:, 0], time, side="right") - 1
-                sigmas[pair] = steps[np.maximum(index, 0), 1]
+            if (pair := (id(run[0]), id(unit))) in means:
+                continue
+            if unit is run[0] or not find_delays:
+                means[pair], sigmas[pair] = averaged(unit, time), np.zeros(len(time))
+            else:
+                means[pair], sigmas[pair], _ = clock.synchronised(means[id(run[0]), id(run[0])], unit, time)
     windows = [beside([means[id(run[0]), id(unit)] for unit in run], time) for run in runs]
     delayed = np.stack(
         [np.column_stack([sigmas[id(run[0]), id(unit)] for unit in run]) for run in runs], axis=1
     )
     known_errors = first_errors(stated, len(runs)) if errors is None else errors
-    return Monitor(windows, known_errors, FIRST if find_delays else BEGINS, velocities, delayed).fly()
+    return Monitor(windows, known_errors, clock.BEGINS if find_delays else BEGINS, velocities, delayed).fly()

@@ -12,6 +12,8 @@ WINDOWS = 20
 """Windows that have to be still before the set is at rest."""
 STILL = (0.06, 0.006)
 """m/s^2 and rad/s: largest scatter of windows of a unit at rest, an axis."""
+MOVED = 4.0
+"""Scatters beyond which a window is no part of the rest before it."""
 TURNING = 0.1
 """rad/s: a unit that reads more is no evidence of a rest."""
 CHANGED = (0.05, 0.0025)
@@ -25,25 +27,44 @@ CLIPPED = 27.0
 class Rests:
     """Readings of all units at rest, and the last ones that were sound."""
 
-    def __init__(self, reading: FloatArray, whole: NDArray[np.bool_], repeated: NDArray[np.int64]) -> None:
-        """Takes readings, and equal readings in succession (t, b, n, 6), and which are whole (t, b, n)."""
-        self.still = _still(reading, whole)
+    def __init__(self, runs: int, units: int) -> None:
+        """Begins without a window."""
+        shape = (runs, units)
+        self.length = np.zeros(shape)
+        self.middle, self.squares = np.zeros((*shape, 6)), np.zeros((*shape, 6))
+        self.is_rest = np.zeros(runs, dtype=bool)
+        self.count = np.zeros(shape)
+        self.total = np.zeros((*shape, 6))
+        self.sound = np.full((*shape, 4), np.nan)
+
+    def take(self, reading: FloatArray, whole: NDArray[np.bool_], repeated: NDArray[np.int64]) -> None:
+        """Takes readings (b, n, 6), whole or not (b, n), and equal ones in succession (b, n, 6)."""
+        still = self._still(reading, whole)
         moving = repeated.min(axis=-1) < WINDOWS
-        known = (self.still & moving).sum(axis=2)
-        usable = (whole & moving).sum(axis=2)
+        known = (still & moving).sum(axis=1)
+        usable = (whole & moving).sum(axis=1)
         # A unit that moves cannot look still, but a noisy one that is still looks moved.
         self.is_rest = (known > 0) & (2 * known >= usable)
-        self.reading, self.whole = reading, whole
-        self.count = np.zeros(reading.shape[1:3])
-        self.total = np.zeros(reading.shape[1:])
-        self.sound = np.full((*reading.shape[1:3], 4), np.nan)
-
-    def take(self, step: int) -> None:
-        """Adds a window to the rest, or ends it."""
-        rest = self.is_rest[step][:, None]
-        count = rest & self.whole[step]
+        rest = self.is_rest[:, None]
+        count = rest & whole
         self.count = np.where(rest, self.count + count, 0.0)
-        self.total = np.where(rest[..., None], self.total + count[..., None] * self.reading[step], 0.0)
+        self.total = np.where(rest[..., None], self.total + count[..., None] * reading, 0.0)
+
+    def _still(self, reading: FloatArray, whole: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns whether units (b, n) have scattered no more than at rest for so many windows."""
+        limit = np.repeat(STILL, 3)
+        length = self.length + whole
+        away = np.where(whole[..., None], reading - self.middle, 0.0)
+        middle = self.middle + away / np.maximum(length, 1.0)[..., None]
+        squares = self.squares + away * np.where(whole[..., None], reading - middle, 0.0)
+        moved = np.any(np.abs(away) > MOVED * limit, axis=-1)
+        moved |= (length >= WINDOWS) & np.any(squares > length[..., None] * limit**2, axis=-1)
+        moved &= whole
+        self.length = np.where(moved, 1.0, length)
+        self.middle = np.where(moved[..., None], reading, middle)
+        self.squares = np.where(moved[..., None], 0.0, squares)
+        turns = np.linalg.norm(self.middle[..., 3:], axis=-1) > TURNING
+        return np.asarray(whole & (self.length >= WINDOWS) & ~turns)
 
     def means(self) -> FloatArray:
         """Returns |f| - g m/s^2 and w rad/s of units at rest (b, n, 4), NaN in the first second."""
@@ -65,22 +86,3 @@ class Rests:
         """Takes the means of units (b, n) that agree as sound."""
         now = self.means()
         self.sound = np.where(chosen[..., None] & ~np.isnan(now), now, self.sound)
-
-
-def _still(reading: FloatArray, whole: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Returns whether the last second of windows (t, b, n) scatters no more than at rest."""
-    values = np.where(whole[..., None], reading - reading.mean(axis=0), 0.0)
-    sums = np.stack([values, values**2])
-    sums = np.concatenate([np.zeros((2, 1, *values.shape[1:])), np.cumsum(sums, axis=1)], axis=1)
-    counts = np.concatenate([np.zeros((1, *whole.shape[1:])), np.cumsum(whole, axis=0)])
-    found = np.zeros(whole.shape, dtype=bool)
-    if len(whole) < WINDOWS:
-        return found
-    number = np.maximum(counts[WINDOWS:] - counts[:-WINDOWS], 1.0)[..., None]
-    mean, square = (sums[:, WINDOWS:] - sums[:, :-WINDOWS]) / number
-    scatter = np.sqrt(np.maximum(square - mean**2, 0.0))
-    limit = np.repeat(STILL, 3)
-    enough = number[..., 0] >= 0.6 * WINDOWS
-    turns = np.linalg.norm((mean + reading.mean(axis=0))[..., 3:], axis=-1) > TURNING
-    found[WINDOWS - 1 :] = np.all(scatter < limit, axis=-1) & enough & ~turns
-    return found

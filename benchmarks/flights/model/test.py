@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flights.model.error import Errors, levers
+from benchmarks.flights.model.means import SCALES, LeakyMeans
 from benchmarks.flights.model.window import BLOCK, HOP
 from tumble.foundation.recording import FloatArray
 
-SCALES = (1, 2, 4, 10, 20, 40, 100)
-"""Windows of each mean."""
 LIMITS = (10.0, 9.0, 8.0, 7.0, 7.0, 7.0, 7.0)
 """Sigmas beyond which a pair disagrees, by scale."""
 DELAYED = 0.0085
@@ -40,45 +39,44 @@ LEAST_NOISE = (0.02, 0.001)
 """m/s^2 and rad/s of the usual noise of a pair over one window."""
 FIRST_NOISE = (0.3, 0.02)
 """The same before anything is learnt."""
-COLUMNS = 25
+FIRST_BLOCKS = 0.25
+"""Blocks that these count for."""
+MOTION, BENDS = 18, 6
 
 
-@dataclass(frozen=True, slots=True)
 class PairMeans:
-    """Running sums of what pairs differ by, and of the motion of the set: means over any span."""
+    """Means of what pairs differ by, and of the motion of the set."""
 
-    pairs: tuple[tuple[int, int], ...]
-    sums: FloatArray
-    """(t + 1, b, p, 25): number of whole windows; differences 6; motion of the set 18."""
-    motion: FloatArray
-    """(t + 1, b, 18): reading, change and product of the set, of all windows."""
+    def __init__(self, runs: int, units: int) -> None:
+        """Begins without a window."""
+        self.pairs = tuple(combinations(range(units), 2))
+        self.first, self.second = (np.array(each) for each in zip(*self.pairs, strict=True))
+        # A delay shows along the derivative over the very windows of the pair, and over no others.
+        self.difference = LeakyMeans((runs, len(self.pairs)), 12)
+        self.motion = LeakyMeans((runs,), MOTION + BENDS)
+        self.changed: FloatArray | None = None
 
-    def over(self, step: int) -> tuple[NDArray[np.bool_], FloatArray]:
-        """Returns whether the means that end with a window are usable (s, b, p), and them (s, b, p, 24)."""
-        begins = np.array([step + 1 - scale for scale in SCALES])
-        inside = begins >= 0
-        found = self.sums[step + 1] - self.sums[np.maximum(begins, 0)]
-        count = found[..., 0]
-        usable = inside[:, None, None] & (count >= USABLE * np.array(SCALES)[:, None, None])
-        return usable, found[..., 1:] / np.maximum(count, 1.0)[..., None]
+    def take(self, reading: FloatArray, errors: Errors, whole: NDArray[np.bool_], motion: FloatArray) -> None:
+        """Takes windows: readings (b, n, 6), whole or not (b, n), the motion of the set (b, 18).
 
-    def motion_over(self, step: int) -> FloatArray:
-        """Returns the means of the motion of the set (s, b, 18)."""
-        begins = np.array([max(step + 1 - scale, 0) for scale in SCALES])
-        return np.asarray((self.motion[step + 1] - self.motion[begins]) / (step + 1 - begins)[:, None, None])
+        Errors are subtracted along each window, since a pair may miss some.
+        """
+        reading = reading - errors.both(motion)
+        both = whole[:, self.first] & whole[:, self.second]
+        change = motion[:, 6:12]
+        apart = reading[:, self.first] - reading[:, self.second]
+        along = np.broadcast_to(change[:, None], apart.shape)
+        self.difference.take(np.concatenate([apart, along], axis=-1), both)
+        bends = np.zeros_like(change) if self.changed is None else ((change - self.changed) / HOP) ** 2
+        some: NDArray[np.bool_] = np.asarray(whole.any(axis=1))
+        self.motion.take(np.concatenate([motion, bends], axis=-1), some)
+        self.changed = change if self.changed is None else np.where(some[:, None], change, self.changed)
 
-
-def paired(reading: FloatArray, whole: NDArray[np.bool_], motion: FloatArray) -> PairMeans:
-    """Sums readings (t, b, n, 6), whole or not (t, b, n), beside the motion of the set (t, b, 18)."""
-    pairs = tuple(combinations(range(reading.shape[2]), 2))
-    first, second = (list(each) for each in zip(*pairs, strict=True))
-    both = (whole[:, :, first] & whole[:, :, second]).astype(float)[..., None]
-    difference = both * (reading[:, :, first] - reading[:, :, second])
-    sums = np.zeros((len(reading) + 1, reading.shape[1], len(pairs), COLUMNS))
-    sums[1:, ..., :1], sums[1:, ..., 1:7], sums[1:, ..., 7:] = both, difference, both * motion[:, :, None]
-    np.cumsum(sums, axis=0, out=sums)
-    total = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion, axis=0)])
-    return PairMeans(pairs, sums, total)
+    def move(self, before: Errors, after: Errors) -> None:
+        """Moves all means by a change of the errors, along the mean motion, so that nothing steps."""
+        change = np.stack([after.both(each) - before.both(each) for each in self.motion.mean()[..., :MOTION]])
+        apart = change[:, :, self.first] - change[:, :, self.second]
+        self.difference.total[..., :6] -= self.difference.weight[..., None] * apart
 
 
 def motion_of_set(
@@ -111,58 +109,41 @@ class Comparison:
 class PairTest:
     """Pairs of units against the noise that each usually has."""
 
-    def __init__(self, means: PairMeans, motion: FloatArray, interval: FloatArray) -> None:
-        """Begins with the noise of `FIRST_NOISE`; motion (t, b, 18), sample intervals (b, n) s."""
-        self.means, self.interval = means, interval
-        second = np.diff(motion[..., 6:12], axis=0, prepend=motion[:1, ..., 6:12]) / HOP
-        self.bends = np.concatenate([np.zeros((1, *second.shape[1:])), np.cumsum(second**2, axis=0)])
-        self.first, self.second = (np.array(each) for each in zip(*means.pairs, strict=True))
-        _, runs, pairs, _ = means.sums.shape
+    def __init__(self, runs: int, units: int, interval: FloatArray) -> None:
+        """Begins with the noise of `FIRST_NOISE`; sample intervals (b, n) s."""
+        self.means, self.interval = PairMeans(runs, units), interval
+        self.first, self.second = self.means.first, self.means.second
+        pairs = len(self.first)
         scale = np.array(SCALES)[:, None, None, None, None]
         self.least = (np.array(LEAST_NOISE)[:, None] ** 2) / scale
         shape = (len(SCALES), runs, pairs, 2, 3)
         self.noise = np.broadcast_to((np.array(FIRST_NOISE)[:, None] ** 2) / scale, shape).copy()
-        self.blocks = np.ones(shape)
+        self.blocks = np.full(shape, FIRST_BLOCKS)
         self._sums = np.zeros((4, *shape))
 
-    def compare(self, step: int, errors: Errors, shaking: FloatArray, delayed: FloatArray) -> Comparison:
+    def compare(self, errors: Errors, shaking: FloatArray, delayed: FloatArray) -> Comparison:
         """Compares all pairs; vibration over its usual (s, b, 2), sigmas of delays (b, n) s."""
-        usable, mean = self.means.over(step)
-        difference, reading, change, product = (
-            mean[..., :6],
-            mean[..., 6:12],
-            mean[..., 12:18],
-            mean[..., 18:],
-        )
-        lever = levers(change[..., 3:], product)
-        explained = [self._explained(errors, which, reading, lever) for which in (self.first, self.second)]
-        raw = difference - (explained[0] - explained[1])
-        deviation = np.stack([raw[..., :3], raw[..., 3:]], axis=-2)
+        scales = np.array(SCALES)[:, None, None]
+        usable = self.means.difference.weight >= USABLE
+        difference, along = np.split(self.means.difference.mean(), 2, axis=-1)
+        motion = self.means.motion.mean()
+        reading = motion[:, :, None, :6]
+        deviation = np.stack([difference[..., :3], difference[..., 3:]], axis=-2)
         largest = np.maximum(DELAYED, DELAYED_INTERVALS * self.interval)
         largest = np.maximum(largest, DELAYED_SIGMAS * delayed)
         largest = np.maximum(largest[:, self.first], largest[:, self.second])[:, :, None, None]
-        changes = np.stack([change[..., :3], change[..., 3:]], axis=-2)
+        changes = np.stack([along[..., :3], along[..., 3:]], axis=-2)
         deviation = _without_delay(deviation, changes, largest)
-        uncertainty = self._uncertainty(errors, self.means.motion_over(step))
+        uncertainty = self._uncertainty(errors, motion[..., :MOTION])
         slow = np.stack([reading[..., :3] - reading[-1:, ..., :3], reading[..., 3:]], axis=-2)
         left = (np.array(NONLINEAR)[:, None] ** 2) * np.sum(slow**2, axis=-1, keepdims=True)
         limits = np.array(LIMITS)[:, None, None, None, None]
         floor = (np.array(FLOOR)[:, None] / limits) ** 2
         noise = self.noise * np.maximum(shaking, 1.0)[:, :, None, :, None]
-        curved = self._curved(step)
+        curved = self._curved(motion[..., MOTION:] / scales)
         squares = np.sum(deviation**2 / (noise + floor + uncertainty + left + curved), axis=-1)
         ratio = np.where(usable[..., None], np.sqrt(squares) / limits[..., 0], 0.0)
         return Comparison(deviation, uncertainty, ratio, usable)
-
-    def _explained(
-        self, errors: Errors, which: FloatArray, reading: FloatArray, lever: FloatArray
-    ) -> FloatArray:
-        chosen = Errors(
-            errors.rate[:, which], errors.rate_covariance, errors.force[:, which], errors.force_covariance
-        )
-        return np.concatenate(
-            [chosen.force_error(reading[..., :3], lever), chosen.rate_error(reading[..., 3:])], -1
-        )
 
     def _uncertainty(self, errors: Errors, mean: FloatArray) -> FloatArray:
         """Variance (s, b, p, 2, 3) of both units' errors along the motion of the set (s, b, 18)."""
@@ -172,13 +153,10 @@ class PairTest:
         each = np.stack([force, rate], axis=-2)
         return np.asarray(each[:, :, self.first] + each[:, :, self.second])
 
-    def _curved(self, step: int) -> FloatArray:
+    def _curved(self, bends: FloatArray) -> FloatArray:
         """Variance (s, b, p, 2, 3) of motion between samples, which no straight line follows."""
-        begins = np.array([max(step + 1 - scale, 0) for scale in SCALES])
-        mean = (self.bends[step + 1] - self.bends[begins]) / (step + 1 - begins)[:, None, None]
         each = BETWEEN * (self.interval[:, self.first] ** 2 + self.interval[:, self.second] ** 2)
-        windows = np.array(SCALES)[:, None, None]
-        variance = (mean / windows)[:, :, None] * each[None, :, :, None] ** 2
+        variance = bends[:, :, None] * each[None, :, :, None] ** 2
         return np.asarray(variance.reshape(*variance.shape[:-1], 2, 3))
 
     def note(self, comparison: Comparison) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.flights.model.means import LeakyMeans
 from tumble.foundation.recording import FloatArray
 
 WINDOWS = 20
@@ -22,28 +23,39 @@ class Aliased:
     units have one deviation: there, neither may shake more than its own windows do.
     """
 
-    def __init__(self, reading: FloatArray, motion: FloatArray, whole: NDArray[np.bool_]) -> None:
-        """Takes readings (t, b, n, 6), the motion of the set (t, b, 18) and which are whole (t, b, n)."""
-        deviation = reading - motion[:, :, None, :6]
-        self.is_pair = reading.shape[2] == 2
-        self.sums = [
-            _swings(each, whole) for each in ((deviation, reading) if self.is_pair else (deviation,))
-        ]
-        self.usual = [np.zeros(each.shape[1:-1]) for each in self.sums]
+    def __init__(self, runs: int, units: int) -> None:
+        """Begins without a window."""
+        self.is_pair = units == 2
+        self.means = [LeakyMeans((runs, units), 2, (WINDOWS,)) for _ in range(1 + self.is_pair)]
+        self.usual = [np.zeros((runs, units, 2)) for _ in self.means]
+        self.before: list[list[FloatArray]] = [[] for _ in self.means]
+        self.whole: list[NDArray[np.bool_]] = []
 
-    def ratio(self, step: int) -> FloatArray:
+    def take(self, reading: FloatArray, motion: FloatArray, whole: NDArray[np.bool_]) -> None:
+        """Takes readings (b, n, 6), the motion of the set (b, 18) and which are whole (b, n)."""
+        self.whole = [*self.whole[-2:], whole]
+        deviation = reading - motion[:, None, :6]
+        for index, values in enumerate((deviation, reading)[: len(self.means)]):
+            self.before[index] = [*self.before[index][-2:], values]
+            if len(self.whole) == 3:
+                oldest, middle, latest = self.before[index]
+                squares = (latest - 2.0 * middle + oldest) ** 2 / 18.0
+                swings = np.stack([squares[..., :3].sum(axis=-1), squares[..., 3:].sum(axis=-1)], axis=-1)
+                self.means[index].take(swings, np.all(self.whole, axis=0))
+
+    def ratio(self) -> FloatArray:
         """Returns the variance of the last second over its usual (b, n, 2); 1 before anything is usual."""
         found = []
-        for sums, usual in zip(self.sums, self.usual, strict=True):
-            mean = _mean(sums, max(step + 1 - WINDOWS, 0), step + 1)
-            found.append(np.where(usual > 0.0, mean / np.maximum(usual, np.array(LEAST) ** 2), 1.0))
+        for means, usual in zip(self.means, self.usual, strict=True):
+            over = means.mean()[0] / np.maximum(usual, np.array(LEAST) ** 2)
+            found.append(np.where(usual > 0.0, over, 1.0))
         return np.asarray(np.min(found, axis=0))
 
-    def learn(self, first: int, last: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
-        """Learns what is usual from the windows of a block, of units that are chosen (b, n)."""
-        for sums, usual in zip(self.sums, self.usual, strict=True):
+    def learn(self, seconds: float, chosen: NDArray[np.bool_]) -> None:
+        """Learns what is usual, of units that are chosen (b, n)."""
+        for means, usual in zip(self.means, self.usual, strict=True):
             share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
-            usual += np.where(chosen[..., None], share * (_mean(sums, first, last) - usual), 0.0)
+            usual += np.where(chosen[..., None], share * (means.mean()[0] - usual), 0.0)
 
 
 def of_set(ratio: FloatArray, active: NDArray[np.bool_]) -> FloatArray:
@@ -52,20 +64,3 @@ def of_set(ratio: FloatArray, active: NDArray[np.bool_]) -> FloatArray:
     which = np.where(active.sum(axis=1) > 2, 1, 0)[:, None, None]
     which = np.broadcast_to(which, (*ordered.shape[:-2], 1, 2))
     return np.asarray(np.take_along_axis(ordered, which, axis=-2)[..., 0, :])
-
-
-def _swings(values: FloatArray, whole: NDArray[np.bool_]) -> FloatArray:
-    """Sums (t + 1, b, n, 2, 2): mean squares of second differences of an axis, and how many there are."""
-    second = values[2:] - 2.0 * values[1:-1] + values[:-2]
-    usable = (whole[2:] & whole[1:-1] & whole[:-2])[..., None]
-    squares = (
-        np.stack([np.sum(second[..., :3] ** 2, axis=-1), np.sum(second[..., 3:] ** 2, axis=-1)], -1) / 18.0
-    )
-    found = np.zeros((len(values) + 1, *values.shape[1:3], 2, 2))
-    found[3:, ..., 0], found[3:, ..., 1] = np.where(usable, squares, 0.0), usable
-    return np.asarray(np.cumsum(found, axis=0, out=found))
-
-
-def _mean(sums: FloatArray, first: int, last: int) -> FloatArray:
-    total = sums[last] - sums[first]
-    return np.asarray(total[..., 0] / np.maximum(total[..., 1], 1.0))

@@ -20,8 +20,10 @@ ENDS = 0.5
 """s by which logs end apart."""
 LONGEST = 1.6
 """Sample interval over the usual one beyond which a window is dropped: a sample is missing."""
-CHANGED = 12
-"""Equal readings in succession that make a unit suspected of repeating itself."""
+COUNTED, COUNTS = 0.25, 2
+"""s over which samples are counted, and how often, before the interval is known: the shortest is usual."""
+MOST_REPEATED = 255
+"""Equal readings in succession beyond which none are counted."""
 
 
 UnitWindows: TypeAlias = tuple[
@@ -59,10 +61,10 @@ def grid(units: Sequence[Samples]) -> FloatArray:
 
     Logs that end within `ENDS` of the last one end with the first of them: their silence is no fault.
     """
-    first = min(float(each.time[0]) for each in units if len(each.time))
+    first = round(min(float(each.time[0]) for each in units if len(each.time)), 6)
     ends = [float(each.time[-1]) for each in units if len(each.time)]
     last = min(end for end in ends if end > max(ends) - ENDS)
-    return np.asarray(np.arange(np.ceil(first / HOP) + 1.0, np.floor(last / HOP)) * HOP)
+    return np.asarray(np.arange(np.ceil(round(first / HOP, 6)) + 1.0, np.floor(last / HOP)) * HOP)
 
 
 def beside(units: Sequence[UnitWindows], time: FloatArray) -> Windows:
@@ -78,50 +80,69 @@ def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
     """Averages the samples of a unit under triangles at times (t,) s."""
     values = np.hstack([samples.specific_force, samples.angular_rate])
     finite = np.isfinite(values).all(axis=1)
-    stamps, values = samples.time[finite], values[finite]
-    order = np.argsort(stamps, kind="stable")
-    stamps, values = stamps[order], values[order]
-    if len(stamps) < 3:
+    stamps, values = np.round(samples.time[finite], 6), values[finite]
+    if len(stamps):
+        # A sample that is no later than one before it is dropped.
+        later = np.concatenate([[True], stamps[1:] > np.maximum.accumulate(stamps)[:-1]])
+        stamps, values = stamps[later], values[later]
+    interval, known = _interval(stamps)
+    if interval is None:
         return _nothing(len(time))
-    edges = np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]])
+    edges = np.round(np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]]), 6)
     rate = values[:, 3:]
     products = np.column_stack([rate**2, rate[:, [0]] * rate[:, 1:], rate[:, 1] * rate[:, 2]])
     once, twice = _integrals(stamps, np.hstack([values, products]), edges)
     # A triangle is the second difference of a double integral, and that of an integral is its derivative.
     means = (twice[2:] - 2.0 * twice[1:-1] + twice[:-2]) / HOP**2
     changes = (once[2:, :6] - 2.0 * once[1:-1, :6] + once[:-2, :6]) / HOP**2
-    index = np.searchsorted(stamps, edges, side="right")
+    index = np.searchsorted(stamps, edges)
     begin, end = index[:-2], index[2:]
-    interval = float(np.median(np.diff(stamps)))
     last = np.clip(end - 1, 0, len(stamps) - 1)
     silence = np.where(end > 0, edges[2:] - stamps[last], -1.0)
+    gaps = np.concatenate([[False], np.diff(stamps) > min(LONGEST * interval, HOP)])
+    halves = _scatter(values, index)
     return (
         means[:, :6],
         changes,
         means[:, 6:],
-        _scatter(values, begin, end),
-        _is_whole(np.diff(stamps) > LONGEST * interval, begin, end),
-        _repeated(values)[last],
+        0.5 * (halves[:-1] + halves[1:]),
+        _is_whole(gaps | (np.arange(len(stamps)) < known), begin, end),
+        np.minimum(_repeated(values)[last], MOST_REPEATED),
         silence,
         interval,
     )
 
 
-def _scatter(values: FloatArray, begin: NDArray[np.int64], end: NDArray[np.int64]) -> FloatArray:
-    """Returns the variance of an axis (t, 2) between indices of samples, from steps between samples."""
+def _interval(stamps: FloatArray) -> tuple[float | None, int]:
+    """Returns the usual interval from sample to sample, s, and the sample from which on it is known."""
+    since, shortest, counts = 0, np.inf, 0
+    for index in range(1, len(stamps)):
+        span = float(stamps[index] - stamps[since])
+        if span >= COUNTED:
+            shortest = min(shortest, span / (index - since))
+            since, counts = index, counts + 1
+            if counts == COUNTS:
+                return shortest, index
+    return None, len(stamps)
+
+
+def _scatter(values: FloatArray, index: NDArray[np.int64]) -> FloatArray:
+    """Returns the variance of an axis between indices of samples (t, 2), from steps between samples."""
     steps = np.diff(values, axis=0) ** 2 / 6.0
     squares = np.column_stack([np.sum(steps[:, :3], axis=1), np.sum(steps[:, 3:], axis=1)])
     sums = np.vstack([np.zeros((2, 2)), np.cumsum(squares, axis=0)])
-    return np.asarray((sums[end] - sums[begin]) / np.maximum(end - begin, 1)[:, None])
+    return np.asarray(np.diff(sums[index], axis=0) / np.maximum(np.diff(index), 1)[:, None])
 
 
-def _is_whole(gaps: NDArray[np.bool_], begin: NDArray[np.int64], end: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Returns whether no gap (m - 1,) touches the samples between indices, one to either side included."""
-    count = len(gaps) + 1
-    missing = np.concatenate([[0, 0], np.cumsum(gaps)])
+def _is_whole(
+    unusable: NDArray[np.bool_], begin: NDArray[np.int64], end: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Returns whether all samples (m,) between indices are usable, one to either side included."""
+    count = len(unusable)
+    missing = np.concatenate([[0], np.cumsum(unusable)])
     inside = (begin > 0) & (end < count) & (end > begin)
     after = np.minimum(end + 1, count)
-    return np.asarray(inside & (missing[after] == missing[np.maximum(begin, 1)]))
+    return np.asarray(inside & (missing[after] == missing[np.maximum(begin - 1, 0)]))
 
 
 def _nothing(count: int) -> UnitWindows:
