@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import struct
+import sys
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -452,6 +453,101 @@ def redundancy() -> dict[str, Any]:
     }
 
 
+def one_model() -> dict[str, Any]:
+    """The parts of a redundant set by one model, and a whole one, as the model in numpy takes them."""
+    sys.path.insert(0, str(HERE.parent))
+    from benchmarks.flights.model.error import Grade, Information, levers, nothing_known
+    from benchmarks.flights.model.means import LeakyMeans
+    from benchmarks.flights.model.monitor import flown
+    from benchmarks.flights.model.window import HOP, averaged
+    from benchmarks.redundancy_set import Samples
+
+    rng = np.random.default_rng(12)
+    interval, steps = 0.02, np.repeat([1e-3, 1e-4], 3)
+
+    def samples(stamps: Array, counts: Array) -> Samples:
+        readings = counts * steps
+        return Samples(stamps, stamps, readings[:, :3], readings[:, 3:])
+
+    # One unit, of which a sample is missing, and two come together.
+    stamps = np.round(np.arange(1.0, 3.0, interval) + rng.uniform(0.0, 0.004, 100), 6)
+    stamps = np.delete(stamps, 60)
+    stamps[80] = stamps[79]
+    counts = np.round(np.cumsum(rng.normal(0.0, 300.0, (99, 6)), axis=0)).astype(int)
+    index = np.arange(34, 57)
+    columns = averaged(samples(stamps, counts), index * HOP)
+    names = ("reading", "change", "product", "scatter", "whole", "repeated", "silence")
+    window = dict(zip(names, columns[:7], strict=True)) | {"whole": columns[4].astype(int).tolist()}
+    window["repeated"] = columns[5].astype(int).tolist()
+
+    values, whole = rng.normal(0.0, 1.0, 60), rng.random(60) > 0.2
+    means = LeakyMeans((), 1)
+    for value, is_whole in zip(values, whole, strict=True):
+        means.take(np.array([value]), np.array(is_whole))
+
+    errors = nothing_known(1, 2, Grade(0.03, 0.042, 0.6, 0.12)).walked(1.0)
+    block = Information.none(1, 2)
+    rates, forces = rng.normal(0.0, 0.5, (10, 6)), rng.normal(0.0, 2.0, (6, 15))
+    one = np.ones((1, 2))
+    for row in rates:
+        block.add_rate(row[None, :3], np.array([[np.zeros(3), row[3:]]]), one)
+    for row in forces:
+        lever = levers(row[3:6], row[6:12])
+        block.add_force(row[None, :3], lever[None], np.array([[np.zeros(3), row[12:]]]), one)
+    learnt = errors.informed(block, one)
+    motion = rng.normal(0.0, 1.0, (1, 18))
+    lever = levers(motion[:, 9:12], motion[:, 12:])
+    variance = [
+        *learnt.force_variance(motion[:, :3], lever)[0, 1],
+        learnt.rate_variance(motion[:, 3:6])[0, 1],
+    ]
+
+    time = np.arange(1.0, 12.0, interval)
+    angles = time[:, None] * np.array([1.7, 1.3, 0.9, 1.1, 0.8, 0.6])
+    truth = np.sin(angles) * [1.5, 1.2, 2.0, 0.6, 0.5, 0.4] + [0.0, 0.0, GRAVITY, 0.0, 0.0, 0.0]
+    units = []
+    for unit in range(3):
+        readings = truth + rng.normal(0.0, 1.0, truth.shape) * np.repeat([0.02, 0.002], 3)
+        if unit == 1:
+            readings += [0.1, -0.1, 0.05, 0.01, 0.0, -0.02]
+            readings[time > 9.0, 4] += 0.3
+        units.append(np.round(readings / steps).astype(int))
+    (run,) = flown([[samples(time, each) for each in units]], find_delays=False)
+    told = [[round(when * 1e6), unit, what] for when, unit, what, _ in run.events]
+    return {
+        "force_step": 1e-3,
+        "rate_step": 1e-4,
+        "window": {
+            "stamps_us": np.round(stamps * 1e6).astype(int),
+            "counts": counts,
+            "index": index,
+            **window,
+        },
+        "means": {
+            "values": values,
+            "whole": whole.astype(int),
+            "mean": means.mean()[:, 0],
+            "weight": means.weight,
+        },
+        "errors": {
+            "rates": rates,
+            "forces": forces,
+            "motion": motion[0],
+            "rate_mean": learnt.rate[0, 1],
+            "force_mean": learnt.force[0, 1],
+            "error": learnt.both(motion)[0, 1],
+            "variance": variance,
+        },
+        "set": {
+            "interval_us": round(interval * 1e6),
+            "counts": np.hstack(units),
+            "events": told,
+            "set_rate_mean": run.errors.rate[0, 1],
+            "set_force_mean": run.errors.force[0, 1],
+        },
+    }
+
+
 def plain(value: object) -> object:
     """Turn arrays into lists, so that JSON takes them."""
     if isinstance(value, np.ndarray):
@@ -511,6 +607,24 @@ VECTORS = {
             "lever_arm": (0.2, 0.2),
             "gyroscope_M": (0.6, 0.6),
             "gyroscope_b": (0.4, 0.4),
+        },
+    ),
+    "one_model": Vectors(
+        one_model,
+        {
+            "reading": (8e-12, 1e-5),
+            "change": (1e-11, 5e-4),
+            "product": (2e-13, 1e-5),
+            "scatter": (2e-13, 1e-5),
+            "silence": (1e-14, 1e-7),
+            "mean": (1e-14, 1e-6),
+            "weight": (1e-14, 1e-6),
+            "rate_mean": (1e-13, 1e-5),
+            "force_mean": (1e-12, 1e-4),
+            "error": (1e-12, 1e-4),
+            "variance": (1e-12, 1e-5),
+            "set_rate_mean": (1e-11, 1e-4),
+            "set_force_mean": (1e-11, 2e-3),
         },
     ),
 }

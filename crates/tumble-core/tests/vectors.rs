@@ -10,6 +10,11 @@ use tumble_core::model::ErrorModel;
 use tumble_core::moments::Moments;
 use tumble_core::noise::{AllanLadder, Interval, Noise};
 use tumble_core::real::{Real, real};
+use tumble_core::redundancy::model::error::{Parameters, RateBlock, SecondaryErrors};
+use tumble_core::redundancy::model::means::{LeakyMean, LeakyMeans};
+use tumble_core::redundancy::model::monitor::SetMonitor;
+use tumble_core::redundancy::model::motion::{MOTION, MotionOfSet};
+use tumble_core::redundancy::model::window::UnitWindows;
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
@@ -475,6 +480,137 @@ fn redundancy<T: Named>() {
     }
 }
 
+fn integer(value: &Value) -> u64 {
+    value.as_u64().expect("a count")
+}
+
+fn array<T: Real, const N: usize>(value: &Value) -> [T; N] {
+    core::array::from_fn(|i| number(&value[i]))
+}
+
+/// A sample of counts of six channels.
+fn counted<T: Real>(time: u64, counts: &[Value], steps: [T; 2]) -> Sample<T> {
+    let triad = |first: usize, step: T| Vector3::from_fn(|i, _| number::<T>(&counts[first + i]) * step);
+    Sample {
+        time,
+        specific_force: triad(0, steps[0]),
+        angular_rate: triad(3, steps[1]),
+    }
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().expect("a list")
+}
+
+fn one_model<T: Named>() {
+    let vectors = read("one_model");
+    let steps: [T; 2] = [
+        number(&vectors.cases["force_step"]),
+        number(&vectors.cases["rate_step"]),
+    ];
+    windows_of_a_unit(&vectors, steps);
+    leaky_means::<T>(&vectors);
+    errors_of_a_secondary::<T>(&vectors);
+    a_whole_set(&vectors, steps);
+}
+
+fn windows_of_a_unit<T: Named>(vectors: &Vectors, steps: [T; 2]) {
+    let case = &vectors.cases["window"];
+    let mut windows = UnitWindows::<T>::new();
+    let mut wanted = list(&case["index"]).iter().map(integer).enumerate().peekable();
+    for (stamp, counts) in list(&case["stamps_us"]).iter().zip(list(&case["counts"])) {
+        let sample = counted(integer(stamp), list(counts), steps);
+        windows.push(sample.time, &sample.channels());
+        while let Some((row, index)) = wanted.next_if(|(_, index)| windows.has_ended(*index)) {
+            let window = windows.of(index);
+            assert_eq!(
+                u64::from(window.is_whole),
+                integer(&case["whole"][row]),
+                "window {index}"
+            );
+            let repeated: Vec<u64> = window.repeated.iter().map(|count| (*count).into()).collect();
+            let expected: Vec<u64> = list(&case["repeated"][row]).iter().map(integer).collect();
+            assert_eq!(repeated, expected, "window {index}");
+            let row = |name: &str| serde_json::json!({ name: case[name][row] });
+            vectors.check(&row("silence"), "silence", [window.silence]);
+            if window.is_whole {
+                vectors.check(&row("reading"), "reading", window.reading);
+                vectors.check(&row("change"), "change", window.change);
+                vectors.check(&row("product"), "product", window.product);
+                vectors.check(&row("scatter"), "scatter", window.scatter);
+            }
+        }
+    }
+    assert_eq!(wanted.next(), None);
+}
+
+fn leaky_means<T: Named>(vectors: &Vectors) {
+    let case = &vectors.cases["means"];
+    let mut means = LeakyMeans::<T, 1>::new();
+    for (value, whole) in list(&case["values"]).iter().zip(list(&case["whole"])) {
+        means.take((integer(whole) > 0).then_some(&[number(value)]));
+    }
+    vectors.check(case, "mean", means.scales().iter().flat_map(LeakyMean::mean));
+    vectors.check(case, "weight", means.scales().iter().map(LeakyMean::weight));
+}
+
+/// Parameters of an accelerometer in the order of the model in numpy: the matrix, the bias, the lever arm.
+fn by_kind<T: Real>(parameters: &Parameters<T>) -> Vec<T> {
+    let [force, _] = &parameters.rows;
+    let matrix = force.iter().flat_map(|[a, b, c, _]| [*a, *b, *c]);
+    let bias = force.iter().map(|[.., bias]| *bias);
+    matrix.chain(bias).chain(parameters.arm).collect()
+}
+
+fn errors_of_a_secondary<T: Named>(vectors: &Vectors) {
+    let case = &vectors.cases["errors"];
+    let mut errors = SecondaryErrors::<T>::uncalibrated();
+    errors.walk(T::one());
+    let mut block = RateBlock::none();
+    for row in list(&case["rates"]) {
+        let [x, y, z, a, b, c] = array(row);
+        block.add(&[x, y, z], &[a, b, c]);
+    }
+    errors.add_rates(&block);
+    for row in list(&case["forces"]) {
+        let [x, y, z, w1, w2, w3, xx, yy, zz, xy, xz, yz, a, b, c] = array::<T, 15>(row);
+        let mut channels = [T::zero(); MOTION];
+        channels[..3].copy_from_slice(&[x, y, z]);
+        channels[9..].copy_from_slice(&[w1, w2, w3, xx, yy, zz, xy, xz, yz]);
+        let motion = MotionOfSet::of_channels(&channels);
+        errors.add_force(motion.force(), &motion.lever(), &[a, b, c]);
+    }
+    errors.update_mean();
+    let [_, rate] = errors.mean().rows;
+    vectors.check(case, "rate_mean", rate.as_flattened().iter().copied());
+    vectors.check(case, "force_mean", by_kind(errors.mean()));
+    let motion = MotionOfSet::of_channels(&array(&case["motion"]));
+    let error = errors.error(&motion, &motion.lever());
+    vectors.check(case, "error", error.as_flattened().iter().copied());
+    let [force, [rate, ..]] = errors.variance(&motion, &motion.lever());
+    vectors.check(case, "variance", force.into_iter().chain([rate]));
+}
+
+fn a_whole_set<T: Named>(vectors: &Vectors, steps: [T; 2]) {
+    let case = &vectors.cases["set"];
+    let mut monitor = SetMonitor::<T, 3>::new(false);
+    let mut events = Vec::new();
+    let interval = integer(&case["interval_us"]);
+    for (k, counts) in (0..).zip(list(&case["counts"])) {
+        for (unit, counts) in list(counts).chunks(6).enumerate() {
+            let sample = counted(1_000_000 + k * interval, counts, steps);
+            monitor.push(unit, &sample, &mut |event| {
+                events.push(serde_json::json!([event.time, event.unit, event.kind.name()]));
+            });
+        }
+    }
+    assert_eq!(&events, list(&case["events"]));
+    let errors = monitor.errors(1).expect("a secondary").mean();
+    let [_, rate] = errors.rows;
+    vectors.check(case, "set_rate_mean", rate.as_flattened().iter().copied());
+    vectors.check(case, "set_force_mean", by_kind(errors));
+}
+
 macro_rules! in_both_precisions {
     ($($name:ident: $law:ident),+ $(,)?) => {$(
         #[test]
@@ -498,4 +634,5 @@ in_both_precisions! {
     rests_and_turns_agree_with_their_vectors: stream,
     a_spin_agrees_with_its_vectors: spin,
     a_redundant_set_agrees_with_its_vectors: redundancy,
+    a_set_by_one_model_agrees_with_its_vectors: one_model,
 }
