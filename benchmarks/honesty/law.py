@@ -84,7 +84,9 @@ def typed(words: Sequence[str]) -> Answer:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
     finally:
         sys.argv = before
-    return Answer(code, err.getvalue())
+    # Warnings end what a command prints; its table before them has words of its own.
+    _, mark, warnings = out.getvalue().partition("Warning: ")
+    return Answer(code, f"{err.getvalue()}{mark}{warnings}")
 
 
 def true_values(unit: Unit) -> dict[tuple[str, str], float]:

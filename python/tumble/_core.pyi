@@ -94,6 +94,7 @@ class Segmenter:
         by_hand: bool = False,
         rates: Literal["reference", "target"] | None = None,
         pace_sigma: float = 0.0,
+        stamp_sigma: float = 0.0,
     ) -> None: ...
     def push(
         self,
@@ -144,6 +145,9 @@ class Acquired:
     def noise_density(self) -> FloatArray: ...
     @property
     def bias_instability(self) -> FloatArray: ...
+    @property
+    def coarse_channels(self) -> list[tuple[str, float, float, float, float]]:
+        """Name, step, half the dead band, share of zeros at rest, 1-sigma of a mean at rest; SI."""
     @property
     def faults(self) -> list[tuple[str, str, float, float, float, int, list[tuple[float, float]]]]: ...
     def trace(self) -> tuple[FloatArray, FloatArray, FloatArray]: ...
@@ -228,6 +232,7 @@ class TriadFigures(TypedDict, total=False):
     drift_sigma: FloatArray
     rank: int
     widened: float
+    by_direction: float
     variance_freedom: float
     chi_square: float
     degrees_of_freedom: int
@@ -443,6 +448,8 @@ class MultiposeFigures(TypedDict):
     tolerance: float
     nominal_scale: tuple[float, float] | None
     accelerometer: TriadFigures
+    non_linearity: tuple[list[float], list[float]] | None
+    """Second order of each axis and its 1-sigma, 1 / (m/s^2), where residuals show it."""
     poses: MultiposePoses
     next: NextOrientationFigures | None
     faces: FaceFigures | None

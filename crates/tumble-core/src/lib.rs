@@ -29,6 +29,7 @@ pub mod products;
 pub mod real;
 pub mod redundancy;
 pub mod regression;
+pub mod resolution;
 pub mod rotation;
 pub mod sample;
 pub mod segmenter;

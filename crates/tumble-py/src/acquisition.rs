@@ -17,16 +17,23 @@ use crate::convert::{rows, stacked};
 pub struct PyAcquisition {
     acquisition: Option<Acquisition>,
     pace_sigma: f64,
+    stamp_sigma: f64,
 }
 
 #[pymethods]
 impl PyAcquisition {
     /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies. `rates`: whether
-    /// constant rates are looked for, as of a `reference` or of a `target`. `pace_sigma` is that of the times to come,
+    /// constant rates are looked for, as of a `reference` or of a `target`. `pace_sigma` and `stamp_sigma` are those of the times to come,
     /// relative.
     #[new]
-    #[pyo3(signature = (shortest_rest=1.0, by_hand=false, rates=None, pace_sigma=0.0))]
-    fn new(shortest_rest: f64, by_hand: bool, rates: Option<&str>, pace_sigma: f64) -> PyResult<Self> {
+    #[pyo3(signature = (shortest_rest=1.0, by_hand=false, rates=None, pace_sigma=0.0, stamp_sigma=0.0))]
+    fn new(
+        shortest_rest: f64,
+        by_hand: bool,
+        rates: Option<&str>,
+        pace_sigma: f64,
+        stamp_sigma: f64,
+    ) -> PyResult<Self> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let shortest = (shortest_rest * 1e6) as u64;
         let acquisition = Acquisition::new(SegmenterSettings {
@@ -41,6 +48,7 @@ impl PyAcquisition {
                 Some(other) => return Err(PyValueError::new_err(format!("unknown rates {other:?}"))),
             }),
             pace_sigma,
+            stamp_sigma,
         })
     }
 
@@ -81,6 +89,7 @@ impl PyAcquisition {
         let acquisition = self.acquisition.take().ok_or_else(finished)?;
         let mut inner = acquisition.finish();
         inner.pace_sigma = self.pace_sigma;
+        inner.stamp_sigma = self.stamp_sigma;
         Ok(PyAcquired { inner })
     }
 }
@@ -280,6 +289,19 @@ impl PyAcquired {
             }
         });
         PyArray1::from_iter(py, shown).unbind()
+    }
+
+    /// Channels of which rounding, or a dead band, leaves more on the mean of a rest than noise does: (name, step, half the
+    /// width of the dead band, share of exact zeros at rest, 1-sigma of a mean), SI; zero where one of both does not matter.
+    #[getter]
+    fn coarse_channels(&self) -> Vec<(&'static str, f64, f64, f64, f64)> {
+        let found = self.inner.coarse_channels().into_iter();
+        found
+            .map(|each| {
+                let name = CHANNEL_NAMES[each.channel];
+                (name, each.step, each.dead_band, each.zeros, each.sigma)
+            })
+            .collect()
     }
 
     /// Faulty channels: (name, `stuck`, `saturated at rest` or `saturated in motion`, value SI, first s, last s, samples at

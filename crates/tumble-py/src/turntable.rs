@@ -370,6 +370,7 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;
+    figures.set_item("by_direction", triad.by_direction)?;
     figures.set_item("variance_freedom", triad.variance_freedom)?;
     figures.set_item("chi_square", triad.chi_square)?;
     figures.set_item("degrees_of_freedom", triad.degrees_of_freedom)?;

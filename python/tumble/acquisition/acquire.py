@@ -52,7 +52,11 @@ def acquire(
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, or two files show one pose.
     """
-    segmenter = _core.Segmenter(rates=rates, pace_sigma=recording.metadata.pace_sigma)
+    segmenter = _core.Segmenter(
+        rates=rates,
+        pace_sigma=recording.metadata.pace_sigma,
+        stamp_sigma=recording.metadata.stamp_sigma,
+    )
     counts = Counts()
     head = GyroscopeHead()
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tumble import _core
+from tumble.acquisition.coarseness import coarse_notices
 from tumble.acquisition.imu import ChannelFault, Imu
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.log_formats import FIRMWARE_OF
@@ -29,6 +30,7 @@ def notices(unit: Imu) -> Iterator[str]:
         yield f"{unit.log.time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
     for fault in unit.faults:
         yield _saturated(fault, unit)
+    yield from coarse_notices(unit)
     if not unit.recording.parts:
         yield from _gaps(unit)
     if acquired.missing:

@@ -106,13 +106,20 @@ def _fitted(recording: Recording) -> Fitted:
         return (
             None,
             "stamps scatter, and show no even sampling that they could be fitted to: taken as they are",
-            0.0,
+            _scatter_of_steps(stamps),
         )
     for chunk in recording.chunks():
         # A zero has no effect in place of a missing reading.
         triads = (np.nan_to_num(chunk.accelerometer), np.nan_to_num(chunk.gyroscope))
         times.push(chunk.time, *map(np.ascontiguousarray, triads))
     return _judged(times, stamps)
+
+
+def _scatter_of_steps(stamps: FloatArray) -> float:
+    """Scatter, s, of the steps from stamp to stamp; those over pauses have no part in it."""
+    steps = np.diff(stamps)
+    middle = float(np.median(steps))
+    return float(np.std(steps[np.abs(steps - middle) < 0.5 * middle]))
 
 
 def _scatter_of_means(times: _core.SampleTimes, stamps: FloatArray) -> float:
@@ -137,8 +144,10 @@ def _judged(times: _core.SampleTimes, stamps: FloatArray) -> Fitted:
         )
         return None, remark, scatter
     is_burst = times.burst > 1.0
-    if times.sampling == "stamped" or (times.sampling == "unshown" and not is_burst):
+    if times.sampling == "stamped":
         return None, "", 0.0
+    if times.sampling == "unshown" and not is_burst:
+        return None, "", _scatter_of_means(times, stamps)
     bursts = f" (bursts of {times.burst:.3g} samples)" if is_burst else ""
     lost = ""
     if is_burst and times.lost:

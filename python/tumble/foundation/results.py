@@ -56,6 +56,12 @@ LARGEST_WIDENING = 10.0
 """Factor on sigmas beyond which the model is not met: noise is then less than a hundredth of what the
 residuals hold, and nothing shows that the rest is as random (docs/theory/turntable.md, section 7)."""
 
+SCALES_OF_SENSORS = (0.5, 2.0)
+"""Scales between which any accelerometer or gyroscope is; beyond, its log is not what it is taken for."""
+
+LARGEST_ANGLE_OF_SENSORS = 15.0
+"""deg: non-orthogonality that no accelerometer or gyroscope has."""
+
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 """Groups of the parameters of a triad, before the axis in their names."""
 
@@ -274,6 +280,10 @@ class TriadResult:
     have in common; None where nobody states that."""
     widening: float = 1.0
     """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
+    by_direction: float = 0.0
+    """1-sigma, in `unit`, by which residuals go with the direction of gravity, which the sigmas include."""
+    objections: tuple[str, ...] = ()
+    """Sentences on what else the model does not hold; empty if there is nothing."""
 
     def estimates(self, name: str) -> AxisEstimates:
         """Returns values and sigmas of `bias`, `scale`, `non-orthogonality` or `mounting`, (3,) each.
@@ -284,8 +294,8 @@ class TriadResult:
 
     @property
     def model_met(self) -> bool:
-        """Returns whether noise, or an equally random effect, explains the residuals of the fit."""
-        return self.widening <= LARGEST_WIDENING
+        """Returns whether noise, or an equally random effect, explains the residuals, and nothing objects."""
+        return self.widening <= LARGEST_WIDENING and not self.objections
 
     @property
     def p_value(self) -> float:

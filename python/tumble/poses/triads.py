@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import INTERVAL, Parameter, TriadResult
+from tumble.foundation.results import (
+    INTERVAL,
+    LARGEST_ANGLE_OF_SENSORS,
+    SCALES_OF_SENSORS,
+    Parameter,
+    TriadResult,
+)
 from tumble.foundation.units import CALIBRATED_UNITS, CalibratedTriad
 
 Flags: TypeAlias = NDArray[np.bool_]
@@ -54,6 +60,7 @@ def triad_result(
     if inherited is not None:
         inherited = np.where(np.outer(seen, seen), inherited, np.nan)
     reasons = tuple(_unobservable(seen[:9].reshape(3, 3), triad))
+    parameters = tuple(_parameters(triad, figures, seen, reasons))
     return TriadResult(
         triad=triad,
         unit=CALIBRATED_UNITS[triad],
@@ -63,7 +70,7 @@ def triad_result(
         L=figures["L"],
         Q=figures["Q"],
         covariance=covariance,
-        parameters=tuple(_parameters(triad, figures, seen, reasons)),
+        parameters=parameters,
         estimated=_estimated(seen, figures),
         unobservable=reasons,
         rank=int(seen.sum()),
@@ -73,12 +80,27 @@ def triad_result(
         residual_sigma=figures["residual_sigmas"],
         residual_labels=tuple(_label(label, pose_names) for label in figures["labels"]),
         widening=math.sqrt(figures["widened"]),
+        by_direction=figures["by_direction"],
+        objections=() if triad == "magnetometer" else tuple(_beyond_any_sensor(triad, parameters)),
         inherited=inherited,
         noise_density=noise_density,
         bias_instability=bias_instability,
         g_sensitivity=figures.get("g_sensitivity"),
         g_sensitivity_sigma=figures.get("g_sensitivity_sigma"),
     )
+
+
+def _beyond_any_sensor(triad: CalibratedTriad, parameters: Iterable[Parameter]) -> Iterator[str]:
+    """Names parameters that no sensor has: a log of too few digits, or of another unit, shows such."""
+    low, high = SCALES_OF_SENSORS
+    for each in parameters:
+        is_angle = each.name.startswith("non-orthogonality")
+        if not each.observable or not (is_angle or each.name.startswith("scale")):
+            continue
+        if is_angle and abs(each.value) > LARGEST_ANGLE_OF_SENSORS:
+            yield f"{triad} {each.name} is {each.value:.0f} deg, which no sensor has; check the log"
+        if not is_angle and not low < each.value < high:
+            yield f"{triad} {each.name} is {each.value:.2g}, which no sensor has; check the log and its units"
 
 
 def _estimated(seen: Flags, figures: _core.TriadFigures) -> tuple[str, ...]:

@@ -76,7 +76,7 @@ impl<T: Real> Collector<T> {
         if let Some(before) = before {
             self.check_step(sample, before)?;
         }
-        self.estimator.watch_reading(&sample.angular_rate);
+        self.estimator.watch_reading(sample);
         Ok(self.blocks.push(sample))
     }
 

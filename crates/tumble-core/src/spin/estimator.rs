@@ -7,12 +7,13 @@ use crate::products::{
     Length, across, identity, total, transposed_matrix_product, transposed_product, unit, zeros,
 };
 use crate::real::{Real, count, real};
-use crate::sample::CHANNELS;
+use crate::resolution::{DeadBand, Resolution, variance_of_rounding};
+use crate::sample::{CHANNELS, Sample};
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
 use crate::spin::block::{Block, HeadingReference};
+use crate::spin::even_readings::EvenReadings;
 use crate::spin::failure::SpinFailure;
 use crate::spin::harmonics::{HarmonicRow, Harmonics, RowWhitener};
-use crate::spin::resolution::{self, EvenReadings, Resolution};
 use crate::spin::rests::{SpinRests, Stop};
 use crate::spin::settings::SpinSettings;
 
@@ -114,7 +115,9 @@ pub struct SpinEstimator<T: Real> {
     noise: Moments<T, CHANNELS>,
     turning_samples: u32,
     turned: TurnTotals<T>,
-    resolution: Resolution<T>,
+    force_resolution: Resolution<T, 3>,
+    resolution: Resolution<T, 3>,
+    dead_band: DeadBand<T, 3>,
     even: EvenReadings<T>,
     lost: T,
     first: Option<PendingBlock<T>>,
@@ -126,6 +129,9 @@ pub(super) const LEAST_TURN: f64 = 0.2;
 
 /// Turned angle from which on the axis is taken from the gyroscope rather than from gravity, rad.
 const AXIS_SHOWN: f64 = 0.05;
+
+/// Cosine of the angle to gravity beyond which a small turned angle is that of a garbled sample, not of a robot on a floor.
+const UPRIGHT: f64 = 0.85;
 
 /// Turning blocks from which on their mean scatter is known.
 const BLOCKS_TO_KNOW_SHAKING: u32 = 5;
@@ -148,7 +154,9 @@ impl<T: Real> SpinEstimator<T> {
             noise: Moments::new(),
             turning_samples: 0,
             turned: TurnTotals::none(),
+            force_resolution: Resolution::new(),
             resolution: Resolution::new(),
+            dead_band: DeadBand::new(),
             even: EvenReadings::new(),
             lost: T::zero(),
             first: None,
@@ -169,6 +177,7 @@ impl<T: Real> SpinEstimator<T> {
         self.turning_samples = 0;
         self.turned = TurnTotals::none();
         self.even = EvenReadings::new();
+        self.dead_band = DeadBand::new();
         self.lost = T::zero();
         self.first = None;
         self.middle = None;
@@ -232,14 +241,34 @@ impl<T: Real> SpinEstimator<T> {
         axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 13: N^2
     }
 
-    /// Takes in an angular rate as the gyroscope gives it, rad/s: what its readings have in common is its resolution.
-    pub fn watch_reading(&mut self, angular_rate: &Vector3<T>) {
-        self.resolution.push((*angular_rate).into());
+    /// Takes in a sample as the sensors give it: what their readings have in common is their resolution.
+    pub fn watch_reading(&mut self, sample: &Sample<T>) {
+        self.force_resolution.push(sample.specific_force.into());
+        self.resolution.push(sample.angular_rate.into());
+        self.dead_band.push(sample.angular_rate.into());
     }
 
-    /// Variance of each axis, (rad/s)^2, that rounding leaves on a mean over readings that repeat.
+    /// Variance of each axis, (rad/s)^2, that rounding, and a dead band, leave on a mean over readings that repeat.
     pub(super) fn rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
-        resolution::rounding(self.resolution.step(), rests.sample_variance(3).into()).into()
+        let step = self.resolution.step();
+        let hidden = Vector3::from(self.dead_band.variance([step; 3], rests.samples()));
+        rests
+            .sample_variance(3)
+            .map(|scatter| variance_of_rounding(step, scatter))
+            + hidden
+    }
+
+    /// The same of the accelerometer, (m/s^2)^2: on a level floor its readings hardly change with heading.
+    pub(super) fn force_rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
+        let step = self.force_resolution.step();
+        rests
+            .sample_variance(0)
+            .map(|scatter| variance_of_rounding(step, scatter))
+    }
+
+    /// Half the width of the band about zero, rad/s, in which each axis of the gyroscope reads nothing; zero where there is none.
+    pub fn dead_band(&self) -> [T; 3] {
+        self.dead_band.half_width([self.resolution.step(); 3])
     }
 
     /// Variance of the mean rate over the turn that rounding leaves, (rad/s)^2.
@@ -301,6 +330,7 @@ impl<T: Real> SpinEstimator<T> {
     /// Counts the stop at hand among the rests, if it is one; the first one sets the reference of heading.
     pub fn end_stop(&mut self) {
         let Some(stop) = self.stop.take() else { return };
+        let rounding = self.rests.as_ref().map_or(zeros(), |rests| self.rounding(rests));
         match self.rests.as_mut() {
             None => {
                 let up = unit(&stop.specific_force());
@@ -315,8 +345,6 @@ impl<T: Real> SpinEstimator<T> {
                 self.rests = Some(SpinRests::new(&stop));
             }
             Some(rests) => {
-                let rounding =
-                    resolution::rounding(self.resolution.step(), rests.sample_variance(3).into()).into();
                 if stop.duration() >= self.settings.shortest_stop && rests.agrees(&stop, &rounding) {
                     rests.push(&stop);
                 }
@@ -333,7 +361,7 @@ impl<T: Real> SpinEstimator<T> {
             ));
             self.noise.push(&block.moments.variance());
         }
-        self.even.push(block, &self.resolution);
+        self.even.push(block, self.resolution.smallest_change());
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();
         self.turned.push(block, &(block.angular_rate() - reference.bias));
@@ -362,7 +390,11 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     fn axis_shown(&self) -> bool {
-        self.turned.vector.length() > real(AXIS_SHOWN)
+        let (vector, up) = (
+            &self.turned.vector,
+            unit(&self.rests.as_ref().map_or(zeros(), SpinRests::first_force)),
+        );
+        vector.length() > real(AXIS_SHOWN) && vector.dot(&up) > vector.length() * real(UPRIGHT)
     }
 
     /// Rows of three blocks, every second of them in two.

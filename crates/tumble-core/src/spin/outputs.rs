@@ -256,7 +256,7 @@ fn level_floor_inputs<T: Real>(
     LevelFloorInputs {
         rest: rests.rate(of_rate, &spin.rounding(rests)),
         specific_force: rests.first_force(),
-        specific_force_variance: rests.first_force_variance(of_force),
+        specific_force_variance: rests.first_force_variance(of_force, &spin.force_rounding(rests)),
         turned: turned.vector,
         net_duration: turned.counter_clockwise.duration - turned.clockwise.duration,
         turned_variance: spin.heading_walk(&priors.axis) * turned.duration(),

@@ -193,17 +193,19 @@ impl<T: Real> SpinRests<T> {
         self.first_force
     }
 
-    /// Variance of that mean, given the bias instability, m/s^2.
-    pub fn first_force_variance(&self, instability: T) -> Vector3<T> {
+    /// Variance of that mean, given the bias instability, m/s^2, and the variance that rounding leaves.
+    pub fn first_force_variance(&self, instability: T, rounding: &Vector3<T>) -> Vector3<T> {
         let white = self.block_variance(0) / count::<T>(self.first_blocks.max(1));
-        white.add_scalar(instability * instability) // eq. 16
+        white.add_scalar(instability * instability) + rounding // eq. 16
     }
 
-    /// Variance of the lines of [`Self::harmonics`], given the bias instability, m/s^2.
-    pub fn line_variance(&self, instability: T) -> Vector3<T> {
+    /// Variance of the lines of [`Self::harmonics`], given the same: all stops share the error of rounding.
+    pub fn line_variance(&self, instability: T, rounding: &Vector3<T>) -> Vector3<T> {
         let blocks_a_stop = count::<T>(self.blocks) / count(self.stops.max(1));
-        self.block_variance(0)
-            .add_scalar(instability * instability * blocks_a_stop) // eq. 16
+        let own = self
+            .block_variance(0)
+            .add_scalar(instability * instability * blocks_a_stop); // eq. 16
+        own + rounding * count::<T>(self.blocks) // eq. 27
     }
 
     /// Variance of the mean over a block, for the three channels from `first` on.

@@ -335,6 +335,9 @@ fn priors<T: Real>(
     scales: &Scales<T>,
 ) -> SpinPriors<T> {
     let as_at_rest = rests.block_variance(0) * real::<T>(ROW_OF_BLOCK);
+    let rounding = spin.force_rounding(rests);
+    let turning = spin.turning().variance().unwrap_or(as_at_rest);
+    let turning = turning + rounding * count::<T>(spin.turning().rows()); // eq. 27
     SpinPriors {
         gravity: spin.settings().gravity,
         origin: rests.first_force(),
@@ -344,13 +347,9 @@ fn priors<T: Real>(
         bias_variance: axis.covariance[(2, 2)],
         walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 13
         rest_variance: rests
-            .line_variance(spin.settings().specific_force_instability)
+            .line_variance(spin.settings().specific_force_instability, &rounding)
             .map(|v| floored(v, LEAST)),
-        turning_variance: spin
-            .turning()
-            .variance()
-            .unwrap_or(as_at_rest)
-            .map(|v| floored(v, LEAST)),
+        turning_variance: turning.map(|v| floored(v, LEAST)),
     }
 }
 

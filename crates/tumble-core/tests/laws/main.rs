@@ -29,6 +29,7 @@ mod redundancy_time;
 mod redundancy_vibration;
 mod reference;
 mod regression;
+mod resolution;
 mod rotation;
 mod segment;
 mod segmenter;

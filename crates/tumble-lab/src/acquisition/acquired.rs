@@ -10,6 +10,7 @@ use super::interval::{interval, microseconds};
 use super::motion::Motion;
 use super::plateaus::{Plateau, PlateauKind};
 use super::rest_ladders::RestLadders;
+use super::rounding::{CoarseChannel, Rounding};
 use super::soft_edge::{SoftEdge, SoftTurn};
 use super::trace::Trace;
 
@@ -82,6 +83,8 @@ pub struct Acquired {
     pub noise: [Noise<f64>; CHANNELS],
     /// Noise of the angular rate over intervals with abrupt edges.
     pub abrupt_rate_noise: [Noise<f64>; 3],
+    /// Rounding of its readings.
+    pub rounding: Rounding,
     /// Edges of the rests, towards the turns beside them.
     pub edges: Vec<SoftEdge>,
     /// True where vibration has to be averaged out of the turns by soft edges.
@@ -100,6 +103,8 @@ pub struct Acquired {
     pub first_backwards: Option<f64>,
     /// 1-sigma of the pace of its times, relative; zero where they are stamps as they came.
     pub pace_sigma: f64,
+    /// 1-sigma of the time of a sample that a turn begins or ends with, s.
+    pub stamp_sigma: f64,
     /// Lowest, mean and highest temperature, degC.
     pub temperature: Option<[f64; 3]>,
 }
@@ -120,11 +125,21 @@ impl Acquired {
         self.restlessness.get(k)?.as_ref()
     }
 
-    /// Variance of the means of the three channels from `first` at rest `k` beyond that of noise.
+    /// Variance of the means of the three channels from `first` at rest `k` beyond that of noise: trembling and rounding.
     pub fn excess_variance(&self, k: usize, first: usize) -> Vector3<f64> {
-        self.restlessness(k).map_or_else(Vector3::zeros, |found| {
+        let trembling = self.restlessness(k).map_or_else(Vector3::zeros, |found| {
             Vector3::from_fn(|i, _| found.variance[first + i])
-        })
+        });
+        trembling + self.rounding.of_rest(&self.rests, k, first)
+    }
+
+    /// Channels of which rounding, or a dead band, leaves more on the mean of a rest than noise does.
+    pub fn coarse_channels(&self) -> Vec<CoarseChannel> {
+        let total: f64 = self.rests.iter().map(Segment::duration).sum();
+        #[allow(clippy::cast_precision_loss)]
+        let usual = total / self.rests.len().max(1) as f64;
+        self.rounding
+            .coarse_channels(&self.noise.map(|noise| noise.white / usual))
     }
 
     /// Segments of constant rate that are no rests.
@@ -147,6 +162,16 @@ impl Acquired {
         } else {
             SoftTurn::abrupt(turn)
         }
+    }
+
+    /// Variance of the angle of a turn about any axis, rad^2, because stamps are uncertain: by one time as it gets up to its
+    /// rate, and by another as it slows down (docs/theory/multipose.md, eq. 38).
+    pub fn variance_by_stamps(&self, turn: &Segment<f64>) -> f64 {
+        let (mean, variance) = (turn.moments.mean(), turn.moments.variance());
+        let mean_square: f64 = (CHANNELS / 2..CHANNELS)
+            .map(|i| mean[i] * mean[i] + variance[i])
+            .sum();
+        2.0 * self.stamp_sigma.powi(2) * mean_square // eq. 38
     }
 
     /// Samples missing at rest over those taken.

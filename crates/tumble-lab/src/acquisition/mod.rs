@@ -17,6 +17,7 @@ pub mod plateaus;
 pub mod recorder;
 mod rejection;
 mod rest_ladders;
+pub mod rounding;
 pub mod soft_edge;
 pub mod trace;
 mod vibration;

@@ -12,6 +12,7 @@ use super::motion::Motion;
 use super::plateaus::RateGate;
 use super::rejection::{leave_out_saturated, reject_rests};
 use super::rest_ladders::{RestLadders, noise_of};
+use super::rounding::{Rounding, RoundingMonitor};
 use super::soft_edge::{RecentBlocks, SoftRest};
 use super::trace::Trace;
 use super::vibration::soften;
@@ -28,6 +29,7 @@ pub struct Acquisition {
     leading: bool,
     found: Acquired,
     channels: ChannelMonitor,
+    rounding: RoundingMonitor,
     recent: RecentBlocks,
     soft_rest: Option<SoftRest>,
     /// Scatter of means with soft edges in the part at hand.
@@ -63,6 +65,7 @@ impl Acquisition {
                 rest_noise: Vec::new(),
                 noise: [none; CHANNELS],
                 abrupt_rate_noise: [none; 3],
+                rounding: Rounding::default(),
                 edges: Vec::new(),
                 soft_turns: false,
                 trace: Trace::new(),
@@ -72,9 +75,11 @@ impl Acquisition {
                 missing: 0,
                 first_backwards: None,
                 pace_sigma: 0.0,
+                stamp_sigma: 0.0,
                 temperature: None,
             },
             channels: ChannelMonitor::new(),
+            rounding: RoundingMonitor::new(),
             recent: RecentBlocks::default(),
             soft_rest: None,
             soft_of_part: SoftMeans::new().into_ladder(),
@@ -146,6 +151,7 @@ impl Acquisition {
         if !calm {
             self.channels.push_sample(microseconds, y);
         }
+        self.rounding.push(microseconds, y);
         let segment = self.segmenter.push_channels(microseconds, y);
         if let Some(rates) = &mut self.rates {
             rates.push(y);
@@ -196,6 +202,7 @@ impl Acquisition {
         if let Some(ladder) = &self.soft_allan {
             soften(&mut self.found, &self.allan, ladder);
         }
+        self.found.rounding = self.rounding.finish(&self.found.rests);
         self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
         self.found

@@ -180,6 +180,7 @@ fn describe(
         g_sensitivity: None,
         rank: fit.places.iter().filter(|place| **place < 12).count(),
         widened: triad.widened,
+        by_direction: 0.0,
         variance_freedom: triad.variance_freedom,
         chi_square: triad.chi_square,
         degrees_of_freedom: triad.degrees_of_freedom,

@@ -11,7 +11,6 @@ mod disturbed;
 mod error;
 mod fit;
 mod next_field;
-mod quantisation;
 mod readings;
 mod rests;
 mod settled;

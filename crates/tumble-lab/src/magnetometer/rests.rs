@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use tumble_core::model::ModelCovariance;
+use tumble_core::resolution::{Resolution, variance_of_rounding};
 
-use super::quantisation::{step_of, variance_of_steps};
 use super::readings::{FieldReading, FieldReadings, Upward};
 
 /// Blocks that a rest is cut into, by which the noise of its mean is judged.
@@ -112,16 +112,16 @@ struct AxisNoise {
     white: f64,
     /// Variance of a sample, uT^2.
     sample: f64,
-    /// Step of the converter, uT.
-    step: f64,
+    /// Step of the converter, uT; `None` where nothing shows one.
+    step: Option<f64>,
 }
 
 impl AxisNoise {
-    /// Variance of a mean (docs/theory/magnetometer.md, eq. 10).
+    /// Variance of a mean, with what rounding leaves (docs/theory/rounding.md, eq. 1).
     fn variance_of_mean(&self, samples: usize) -> f64 {
         #[allow(clippy::cast_precision_loss)]
         let white = self.white / samples as f64;
-        (white + variance_of_steps(self.step, self.sample)).max(f64::MIN_POSITIVE) // eq. 10
+        (white + variance_of_rounding(self.step, self.sample)).max(f64::MIN_POSITIVE) // eq. 1
     }
 }
 
@@ -143,8 +143,17 @@ fn noise_of(samples: &FieldSamples<'_>, spans: &[(usize, usize)], axis: usize) -
     AxisNoise {
         white: mean_of(&of_blocks),
         sample: mean_of(&of_samples),
-        step: step_of(samples.field.iter().map(|y| y[axis])),
+        step: step_of(samples.field, axis),
     }
+}
+
+/// Step that the readings of an axis are multiples of.
+fn step_of(field: &[[f64; 3]], axis: usize) -> Option<f64> {
+    let mut resolution = Resolution::<f64, 1>::new();
+    for reading in field {
+        resolution.push([reading[axis]]);
+    }
+    resolution.step()
 }
 
 fn mean(readings: &[[f64; 3]]) -> Vector3<f64> {

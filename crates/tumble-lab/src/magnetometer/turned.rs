@@ -147,7 +147,7 @@ fn scatter_of(fit: &FieldFit) -> f64 {
 }
 
 /// Samples that are worth one: one plus twice the correlations of the residuals, up to the first that is negative
-/// (Geyer 1992; docs/theory/magnetometer.md, eq. 11).
+/// (Geyer 1992; docs/theory/magnetometer.md, eq. 10).
 fn correlation(fit: &FieldFit) -> f64 {
     let values: Vec<f64> = fit.used.iter().map(|k| fit.residuals[*k].values.x).collect();
     #[allow(clippy::cast_precision_loss)]
@@ -165,7 +165,7 @@ fn correlation(fit: &FieldFit) -> f64 {
     let pairs = (1..centred.len() / LONGEST_LAG)
         .step_by(2)
         .map(|lag| at(lag) + at(lag + 1));
-    1.0 + 2.0 * pairs.take_while(|pair| *pair > 0.0).sum::<f64>() // eq. 11
+    1.0 + 2.0 * pairs.take_while(|pair| *pair > 0.0).sum::<f64>() // eq. 10
 }
 
 fn blocks(fit: &FieldFit, scatter: f64, correlated: f64) -> Vec<FieldBlock> {

@@ -14,6 +14,7 @@ use crate::constant_length::residual::LengthResidual;
 use crate::constant_length::reweighted::{Problem, solve};
 use crate::constant_length::whitening::ResidualWhitening;
 use crate::constant_length::{directions, observability};
+use crate::distributions::chi_square_tail;
 
 /// Six elements of M and three biases.
 pub const UNKNOWNS: usize = 9;
@@ -28,6 +29,24 @@ pub struct RestForce {
     pub mean: Vector3<f64>,
     /// Variance of the mean of each axis, (m/s^2)^2.
     pub variance: Vector3<f64>,
+}
+
+/// Axes of an accelerometer.
+const AXES: usize = 3;
+
+/// Chance of a non-linearity where there is none.
+const FALSE_ALARM: f64 = 0.02;
+
+/// Largest second-order non-linearity of such a sensor, 1 / (m/s^2): 1 % at g.
+const LARGEST_NON_LINEARITY: f64 = 1e-3;
+
+/// Second-order non-linearity of each axis, 1 / (m/s^2): a sensor that feels `f + k f^2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonLinearity {
+    /// Estimate of each axis.
+    pub value: Vector3<f64>,
+    /// Their 1-sigma.
+    pub sigma: Vector3<f64>,
 }
 
 /// All rests that an accelerometer is fitted to, and what their means have in common.
@@ -92,6 +111,10 @@ pub struct AccelerometerFit {
     pub groups: Vec<usize>,
     /// ResidualWhitening of the residuals.
     pub whitening: ResidualWhitening,
+    /// Second-order non-linearity, where the residuals show it.
+    pub non_linearity: Option<NonLinearity>,
+    /// Covariance of the unknowns and that non-linearity.
+    joint_covariance: DMatrix<f64>,
 }
 
 impl AccelerometerFit {
@@ -102,7 +125,8 @@ impl AccelerometerFit {
 
     /// Rests less unknowns.
     pub fn degrees_of_freedom(&self) -> u32 {
-        u32::try_from(self.residuals.len().saturating_sub(UNKNOWNS)).unwrap_or(u32::MAX)
+        let unknowns = UNKNOWNS + if self.non_linearity.is_some() { AXES } else { 0 };
+        u32::try_from(self.residuals.len().saturating_sub(unknowns)).unwrap_or(u32::MAX)
     }
 
     /// Residuals, each independent of the others and of sigma one.
@@ -114,8 +138,11 @@ impl AccelerometerFit {
     fn linear(&self) -> LinearFit {
         LinearFit {
             values: values_of(&self.residuals),
-            rows: rows_of(&self.residuals),
-            covariance: DMatrix::from_fn(UNKNOWNS, UNKNOWNS, |i, j| self.covariance[(i, j)]),
+            rows: match self.non_linearity {
+                Some(_) => rows_with_squares(&self.model, &self.residuals),
+                None => rows_of(&self.residuals),
+            },
+            covariance: self.joint_covariance.clone(),
             whitening: self.whitening.clone(),
         }
     }
@@ -199,7 +226,80 @@ pub fn fit_forces(
     // A direction that is not observable from the start leads a fit astray.
     finish(&start, data, gravity, weights.clone())?;
     let x = solve(&Lengths { data, gravity }, start, &mut weights).ok_or(MultiposeError::Unsolvable)?;
-    finish(&x, data, gravity, weights)
+    let plain = finish(&x, data, gravity, weights.clone())?;
+    let Some((non_linearity, covariance)) = shown_non_linearity(&plain, gravity) else {
+        return Ok(plain);
+    };
+    let linear = linearised(data, &plain, &non_linearity.value);
+    let lengths = Lengths {
+        data: &linear,
+        gravity,
+    };
+    let x = solve(&lengths, x, &mut weights).ok_or(MultiposeError::Unsolvable)?;
+    Ok(AccelerometerFit {
+        covariance: SMatrix::from_fn(|i, j| covariance[(i, j)]),
+        joint_covariance: covariance,
+        non_linearity: Some(non_linearity),
+        ..finish(&x, &linear, gravity, weights)?
+    })
+}
+
+/// The non-linearity that residuals show beyond chance, and the covariance of the unknowns beside it; `None` where they show
+/// none (docs/theory/multipose.md, eq. 39 and 40).
+fn shown_non_linearity(plain: &AccelerometerFit, gravity: f64) -> Option<(NonLinearity, DMatrix<f64>)> {
+    if directions::count(&plain.groups) <= UNKNOWNS + AXES {
+        return None;
+    }
+    let mut rows = rows_with_squares(&plain.model, &plain.residuals);
+    plain.whitening.apply(&mut rows);
+    let values = plain.whitening.of(values_of(&plain.residuals));
+    let sizes = DVector::from_fn(UNKNOWNS + AXES, |i, _| match i.checked_sub(UNKNOWNS) {
+        Some(_) => LARGEST_NON_LINEARITY,
+        None => self::sizes(gravity)[i],
+    });
+    let covariance = observability::covariance(&rows, &sizes).ok()?;
+    let step = -(&covariance * rows.tr_mul(&values));
+    let explained = values.norm_squared() - (&values + &rows * &step).norm_squared();
+    #[allow(clippy::cast_precision_loss)]
+    if chi_square_tail(explained.max(0.0), AXES as f64) >= FALSE_ALARM {
+        return None; // eq. 40
+    }
+    let at = |axis: usize| UNKNOWNS + axis;
+    Some((
+        NonLinearity {
+            value: Vector3::from_fn(|axis, _| step[at(axis)]),
+            sigma: Vector3::from_fn(|axis, _| covariance[(at(axis), at(axis))].sqrt()),
+        },
+        covariance,
+    ))
+}
+
+/// Derivatives of the residuals by the unknowns, and by the second-order non-linearity of each axis.
+fn rows_with_squares(model: &ErrorModel<f64>, residuals: &[LengthResidual]) -> DMatrix<f64> {
+    let mut rows = rows_of(residuals).insert_columns(UNKNOWNS, AXES, 0.0);
+    for (k, residual) in residuals.iter().enumerate() {
+        for axis in 0..AXES {
+            let square = model.matrix.column(axis) * residual.vector[axis].powi(2);
+            rows[(k, UNKNOWNS + axis)] = -residual.response().dot(&square); // eq. 39
+        }
+    }
+    rows
+}
+
+/// The rests as a linear sensor would have read them.
+fn linearised(data: &RestForces, plain: &AccelerometerFit, non_linearity: &Vector3<f64>) -> RestForces {
+    let each = data.rests.iter().zip(&plain.residuals);
+    let rests = each.map(|(rest, residual)| {
+        let squares = residual.vector.component_mul(&residual.vector);
+        RestForce {
+            mean: rest.mean - plain.model.matrix * squares.component_mul(non_linearity), // eq. 39
+            ..*rest
+        }
+    });
+    RestForces {
+        rests: rests.collect(),
+        ..data.clone()
+    }
 }
 
 /// Rests whose corrected length is gravity.
@@ -289,9 +389,11 @@ fn finish(
     Ok(AccelerometerFit {
         model: model_of(x),
         covariance: SMatrix::from_fn(|i, j| covariance[(i, j)]),
+        joint_covariance: covariance,
         groups: directions::grouped(&ups),
         residuals,
         weights,
         whitening,
+        non_linearity: None,
     })
 }

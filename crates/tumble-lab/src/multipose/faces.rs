@@ -36,6 +36,8 @@ pub struct FaceRest {
     pub up: Vector3<f64>,
     /// Mean reading, m/s^2.
     pub mean: Vector3<f64>,
+    /// Variance of the mean beyond that of noise, (m/s^2)^2.
+    pub excess: Vector3<f64>,
     /// When, s.
     pub interval: Interval<f64>,
 }
@@ -137,7 +139,7 @@ impl Tilted<'_> {
                 interval: rest.interval,
                 regressor: SVector::<f64, 4>::new(truth.x, truth.y, truth.z, 1.0),
                 reading: rest.mean,
-                reading_variance: Vector3::zeros(),
+                reading_variance: rest.excess,
                 truth_covariance: (across + along * (tilt * tilt)) * (self.gravity * tilt).powi(2), // eq. 23
                 sensitivity: SMatrix::zeros(),
             }
@@ -176,7 +178,8 @@ impl Tilted<'_> {
             let own = Vector3::from_fn(|i, _| {
                 self.noise[i].covariance(&observation.interval, &observation.interval, &self.session)
             });
-            (solved.residual(&observation), (of_truth + own).map(f64::sqrt))
+            let variance = of_truth + own + observation.reading_variance;
+            (solved.residual(&observation), variance.map(f64::sqrt))
         });
         Ok(FacesFit {
             residuals: residuals.collect(),

@@ -6,12 +6,11 @@ use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
 use tumble_core::model::{ErrorModel, ModelCovariance, PARAMETERS};
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
-use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 use tumble_core::turntable::reference::earth_variance;
 
 use super::accelerometer::{
-    AccelerometerFit, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
+    AccelerometerFit, NonLinearity, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
 };
 use super::error::MultiposeError;
 use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
@@ -112,6 +111,8 @@ pub struct Multipose {
     pub poses: Vec<Pose>,
     /// The orientation that is worth most.
     pub next: Option<NextOrientation>,
+    /// Second-order non-linearity of the accelerometer, where the residuals show it.
+    pub non_linearity: Option<NonLinearity>,
     /// Further results of six faces.
     pub faces: Option<Faces>,
     /// Or why there is none.
@@ -348,6 +349,7 @@ impl<'a> Centred<'a> {
             take_slow_noise(&mut acquired.noise, &samples, spans);
         }
         KnownNoise::put_into(&settings.noise, &mut acquired);
+        acquired.stamp_sigma = settings.stamp_sigma;
         acquired.restlessness = restlessness(&samples, spans, &acquired.noise);
         for (k, span) in spans.iter().enumerate().filter(|(k, _)| !still[*k]) {
             acquired.rests[k].moments = acquired.rests[k].moments.about(&soft_mean(&samples, *span));
@@ -378,6 +380,7 @@ impl<'a> Centred<'a> {
             take_labelled(&mut acquired, &self.samples(), &sections);
         }
         KnownNoise::put_into(&settings.noise, &mut acquired);
+        acquired.stamp_sigma = settings.stamp_sigma;
         let fit = if settings.faces {
             Fitted::to_faces(&acquired, &sections, settings.gravity)?
         } else {
@@ -416,6 +419,7 @@ impl<'a> Centred<'a> {
             nominal: None,
             poses: fit.poses(&acquired, settings.gravity),
             next: fit.next(settings.gravity),
+            non_linearity: fit.non_linearity(),
             faces: fit
                 .tilt()
                 .zip(ferraris(&self.given, &sections, settings.gravity))
@@ -616,12 +620,13 @@ impl Fitted {
             .filter(|section| section.label.up().is_some())
             .collect();
         faces.sort_by_key(|section| section.first);
-        let each = faces.iter().zip(&unit.rests);
+        let each = faces.iter().zip(&unit.rests).enumerate();
         let rests: Vec<_> = each
-            .filter_map(|(section, rest)| {
+            .filter_map(|(k, (section, rest))| {
                 Some(FaceRest {
                     up: section.label.up()?,
                     mean: rest.specific_force(),
+                    excess: unit.excess_variance(k, 0),
                     interval: interval(rest),
                 })
             })
@@ -641,6 +646,13 @@ impl Fitted {
                 let sigmas = fit.covariance.diagonal().map(f64::sqrt);
                 sigmas.rows(0, 9).max().max(sigmas.rows(9, 3).max() / gravity)
             }
+        }
+    }
+
+    fn non_linearity(&self) -> Option<NonLinearity> {
+        match self {
+            Self::Norm(_, fit) => fit.non_linearity,
+            Self::Faces(..) => None,
         }
     }
 
@@ -789,20 +801,11 @@ fn rest_directions(
     each.collect()
 }
 
-/// Mean of the squared rate of a turn, (rad/s)^2.
-fn mean_square_rate(turn: &Segment<f64>) -> f64 {
-    let (mean, variance) = (turn.moments.mean(), turn.moments.variance());
-    (CHANNELS / 2..CHANNELS)
-        .map(|i| mean[i] * mean[i] + variance[i])
-        .sum()
-}
-
 /// Variance of the angle of a turn about any axis, rad^2.
 fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSettings) -> f64 {
     let (span, duration) = (interval(turn), turn.duration());
     let noise = unit.rate_noise();
-    // Late by one time as it gets up to its rate, and by another as it slows down.
-    let by_stamps = 2.0 * settings.stamp_sigma.powi(2) * mean_square_rate(turn); // eq. 38
+    let by_stamps = unit.variance_by_stamps(turn);
     let of_axis = |i: usize| {
         noise[i].covariance(&span, &span, &unit.session()) * duration * duration
             + turn.interpolation.variance[i]
@@ -812,7 +815,8 @@ fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSetti
     let earth = settings.latitude.map_or(earth_variance(), |latitude| {
         0.5 * (EARTH_RATE * latitude.cos()).powi(2)
     });
-    (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + earth * duration * duration
+    let rounding = unit.rounding.of_turn(turn, unit.rests.len()).max();
+    (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + rounding + earth * duration * duration
 }
 
 fn force_calibration(unit: &Acquired, fit: &AccelerometerFit) -> Result<TriadCalibration, MultiposeError> {
@@ -837,6 +841,7 @@ fn force_calibration(unit: &Acquired, fit: &AccelerometerFit) -> Result<TriadCal
         g_sensitivity: None,
         rank: UNKNOWNS,
         widened,
+        by_direction: 0.0,
         variance_freedom: f64::INFINITY,
         chi_square: fit.chi_square(),
         degrees_of_freedom: fit.degrees_of_freedom(),
@@ -866,6 +871,7 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
         g_sensitivity: None,
         rank: 12,
         widened: 1.0,
+        by_direction: 0.0,
         // The tilt of the faces is known from their residuals, and no better.
         variance_freedom: f64::from(fit.degrees_of_freedom),
         chi_square: fit.chi_square,
@@ -931,6 +937,7 @@ fn rate_calibration(
         g_sensitivity,
         rank: 12,
         widened,
+        by_direction: 0.0,
         variance_freedom: f64::INFINITY,
         chi_square: fit.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,

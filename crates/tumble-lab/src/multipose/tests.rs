@@ -394,3 +394,43 @@ fn a_turn_is_advised_about_the_axis_that_no_turn_was_about() {
     assert!(next.after < next.before, "{next:?}");
     assert!(next.axis.dot(&next.up).abs() < 1e-9, "{next:?}");
 }
+
+/// Rests of a sensor that feels `f + k f^2`, without noise.
+fn bent(ups: &[Vector3<f64>], k: &Vector3<f64>) -> RestForces {
+    let mut all = rests(ups, 0.0);
+    for (rest, up) in all.rests.iter_mut().zip(ups) {
+        let force = up * GRAVITY;
+        rest.mean = truth().measure(&(force + force.component_mul(&force).component_mul(k)));
+    }
+    all
+}
+
+#[test]
+fn a_sensor_that_is_not_linear_keeps_bias_and_scale() {
+    let k = Vector3::new(2e-4, -3e-4, 1.5e-4);
+    let found = fit_forces(&bent(&ups(40), &k), GRAVITY, &ErrorModel::identity()).expect("solvable");
+    let shown = found.non_linearity.expect("far beyond noise");
+    assert!(
+        (shown.value - k).amax() < 4.0 * shown.sigma.amax(),
+        "{:?} in place of {k}",
+        shown
+    );
+    let sigmas = found.covariance.diagonal().map(f64::sqrt);
+    let errors = unknowns_of(&found.model) - unknowns_of(&truth());
+    for i in 0..UNKNOWNS {
+        assert!(
+            errors[i].abs() < 4.0 * sigmas[i],
+            "{i}: {} of {}",
+            errors[i],
+            sigmas[i]
+        );
+    }
+}
+
+#[test]
+fn a_linear_sensor_shows_no_other_order() {
+    for count in [12, 13, 20, 40] {
+        let found = fit_forces(&rests(&ups(count), 0.0), GRAVITY, &truth()).expect("solvable");
+        assert_eq!(found.non_linearity, None);
+    }
+}

@@ -30,7 +30,14 @@ pub struct Period {
     pub burst: f64,
 }
 
+/// Share of the deviations that are closest to the median, of which scatter is the mean: a pause is among the others.
+const CLOSEST: f64 = 0.9;
+/// The same mean of Gaussian deviations of 1-sigma.
+const CLOSEST_OF_GAUSSIAN: f64 = 0.6573;
+
 /// Median, over `span`, of differences over `span` samples, and their scatter over `span`, both s.
+///
+/// Most differences of coarse stamps are alike: their median deviation is zero, whatever the others are.
 fn differences(stamps: &[f64], span: usize) -> (f64, f64) {
     let stride = (stamps.len() / MOST_DIFFERENCES).max(1);
     let pairs = stamps.iter().zip(&stamps[span..]).step_by(stride);
@@ -40,7 +47,16 @@ fn differences(stamps: &[f64], span: usize) -> (f64, f64) {
     for step in &mut steps {
         *step = (*step - middle).abs();
     }
-    (middle, 1.4826 * median(&mut steps).unwrap_or(f64::NAN))
+    steps.sort_by(f64::total_cmp);
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss
+    )]
+    let closest = ((CLOSEST * steps.len() as f64) as usize).max(1);
+    #[allow(clippy::cast_precision_loss)]
+    let scatter = steps.iter().take(closest).sum::<f64>() / closest as f64 / CLOSEST_OF_GAUSSIAN;
+    (middle, scatter)
 }
 
 /// Measures the sampling period: the median of differences over as many samples as scatter least (eq. 9).

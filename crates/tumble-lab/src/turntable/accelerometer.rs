@@ -8,6 +8,7 @@ use tumble_core::turntable::truth::{
     CommonRest, ForceObservation, TruthSource, from_poses, from_reference, with_drift,
 };
 
+use super::direction_misfit::{direction_misfit, with_misfit};
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
@@ -35,6 +36,11 @@ impl TargetSession<'_> {
             shared: self.shared_force_error(),
         };
         let of_rests = inputs;
+        let misfit = direction_misfit(&observations, &inputs)?;
+        let observations = match &misfit {
+            Some(misfit) => with_misfit(&observations, misfit.variance),
+            None => observations,
+        };
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 3, 15>(&observations, &inputs)?;
         if solved.observed.contains(&false) {
@@ -54,6 +60,14 @@ impl TargetSession<'_> {
             .iter()
             .map(|each| with_drift(each, &inputs.session))
             .collect();
+        if let Some(misfit) = misfit {
+            return Ok(TriadCalibration {
+                widened: misfit.excess.max(triad.widened),
+                by_direction: misfit.variance.sqrt(),
+                variance_freedom: triad.variance_freedom.min(misfit.freedom),
+                ..triad
+            });
+        }
         if triad.widened == 1.0 && !asks_for_drift(&observations, &drifting, &of_rests)? {
             return Ok(triad);
         }
@@ -86,11 +100,16 @@ impl TargetSession<'_> {
             target: pair.segment.specific_force(),
             up: self.ups.get(pair.reference).copied().flatten(),
         };
-        match (self.settings.truth, &self.reference.mounting) {
+        let observed = match (self.settings.truth, &self.reference.mounting) {
             (TruthSource::Reference, _) => Ok(Some(from_reference(&rest, &self.reference.sphere, gravity))),
             (truth, Some(mounting)) => Ok(from_poses(truth, &rest, mounting, gravity)),
             (_, None) => Err(TurntableError::NeedsPoses),
-        }
+        };
+        let excess = self.unit.excess_variance(pair.target.0, 0);
+        Ok(observed?.map(|observation| ForceObservation {
+            reading_variance: excess,
+            ..observation
+        }))
     }
 
     /// Covariance of what the truths of all rests err by alike.

@@ -52,11 +52,18 @@ enum End<'a> {
 }
 
 impl TargetSession<'_> {
-    /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it, else the turns show it.
-    pub fn gyroscope(&self, mounting: Option<&Rotation3<f64>>) -> Result<GyroscopeFit, TurntableError> {
+    /// Calibrates the gyroscope by what the accelerometer showed of its mounting; where there is none, the turns show it.
+    pub fn gyroscope(
+        &self,
+        accelerometer: Option<&TriadCalibration>,
+    ) -> Result<GyroscopeFit, TurntableError> {
+        let mounting = accelerometer.map(|triad| triad.parts.mounting);
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let mut rates = self.rates(&back);
+        if let Some(accelerometer) = accelerometer {
+            give_way(&mut rates, accelerometer.by_direction / self.settings.gravity);
+        }
         if self.reference.table.is_some() {
             // Ramps and turns between rests are known from the reference only.
             rates.retain(|rate| matches!(rate.label, ResidualLabel::Rest(_) | ResidualLabel::Rate(_)));
@@ -64,7 +71,7 @@ impl TargetSession<'_> {
         let labels = rates.iter().map(|rate| rate.label).collect();
         let nominal = match (compensated, mounting) {
             (Some(_), _) => Matrix3::identity(),
-            (None, Some(mounting)) => *mounting.matrix(),
+            (None, Some(mounting)) => mounting.into_inner(),
             (None, None) => {
                 let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
                 match nominal(&observations) {
@@ -275,7 +282,8 @@ impl TargetSession<'_> {
         by_shift: Vector3<f64>,
     ) -> Rate {
         let turn = ReferenceTurn {
-            angle_variance: angle_variance(self.reference_unit, seen),
+            angle_variance: angle_variance(self.reference_unit, seen)
+                + self.reference_unit.rounding.of_constant_rate(&seen.interval),
             angle: seen.angle + between_cuts,
             interval: seen.interval,
             noise: self.reference_unit.rate_noise(),
@@ -288,7 +296,8 @@ impl TargetSession<'_> {
             end: clock.to_reference(felt.interval.end),
         };
         let mut observation = turning(when, felt.angle / duration, &turn, &self.reference.earth);
-        observation.reading_variance = angle_variance(self.unit, felt) / duration.powi(2);
+        let rounding = self.unit.rounding.of_constant_rate(&felt.interval);
+        observation.reading_variance = (angle_variance(self.unit, felt) + rounding) / duration.powi(2);
         Rate {
             label,
             observation,
@@ -339,9 +348,11 @@ impl TargetSession<'_> {
         };
         let attitude = &self.reference.attitudes[pair.reference];
         let seen = &self.reference_unit.rests[pair.reference];
+        let mut observation = at_rest(when, reading, attitude, &self.reference.earth);
+        observation.reading_variance = self.unit.excess_variance(pair.target.0, 3);
         Rate {
             label: ResidualLabel::Rest(pair.reference),
-            observation: at_rest(when, reading, attitude, &self.reference.earth),
+            observation,
             force: seen.specific_force() - self.reference.sphere.bias,
             by_shift: Vector3::zeros(),
         }
@@ -363,7 +374,8 @@ impl TargetSession<'_> {
         let (by_reference, by_target) = (self.reference_unit.turned(&seen), self.unit.turned(&felt));
         let when = self.on_clock_of_reference(&by_target.interval);
         let turn = ReferenceTurn {
-            angle_variance: angle_variance(self.reference_unit, &passage_of(&seen)),
+            angle_variance: angle_variance(self.reference_unit, &passage_of(&seen))
+                + besides_noise(self.reference_unit, &seen),
             angle: by_reference.angle + self.earth_between_cuts(pair, next, &by_reference.interval, &when),
             interval: by_reference.interval,
             noise: self.reference_unit.rate_noise(),
@@ -371,8 +383,8 @@ impl TargetSession<'_> {
         };
         let reading = by_target.angle / by_target.duration();
         let mut observation = turning(when, reading, &turn, &self.reference.earth);
-        observation.reading_variance =
-            angle_variance(self.unit, &passage_of(&felt)) / by_target.duration().powi(2);
+        let variance = angle_variance(self.unit, &passage_of(&felt)) + besides_noise(self.unit, &felt);
+        observation.reading_variance = variance / by_target.duration().powi(2);
         Some(Rate {
             label: ResidualLabel::Turn(pair.reference, next.reference),
             observation,
@@ -398,6 +410,27 @@ impl TargetSession<'_> {
         match self.reference.attitudes[rest] {
             Some(start_from_here) => start_from_here.inverse() * self.reference.earth.earth_rate * seconds,
             None => Vector3::zeros(),
+        }
+    }
+}
+
+/// Variance that rounding and uncertain stamps leave on the angle of a turn, rad^2.
+fn besides_noise(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
+    let rounding = unit.rounding.of_turn(turn, unit.rests.len());
+    rounding.add_scalar(unit.variance_by_stamps(turn))
+}
+
+/// Makes the axis of each turn as uncertain as the tilt of the accelerometer from direction to direction: turns about one axis
+/// share it (docs/theory/turntable.md, eq. 55).
+fn give_way(rates: &mut [Rate], tilt: f64) {
+    let turning = |rate: &&Rate| !matches!(rate.label, ResidualLabel::Rest(_));
+    #[allow(clippy::cast_precision_loss)]
+    let alike = (rates.iter().filter(turning).count() as f64 / 3.0).max(1.0);
+    for rate in rates {
+        if !matches!(rate.label, ResidualLabel::Rest(_)) {
+            let u = rate.observation.regressor.fixed_rows::<3>(0).into_owned();
+            let across = Matrix3::identity() * u.norm_squared() - u * u.transpose();
+            rate.observation.truth_covariance += across * (tilt * tilt * alike); // eq. 55
         }
     }
 }

@@ -6,6 +6,7 @@
 mod accelerometer;
 mod clock_shift;
 mod commanded;
+mod direction_misfit;
 mod error;
 mod field;
 mod field_disturbance;

@@ -141,7 +141,8 @@ pub fn fit_reference(
     let rates: Vec<_> = (0..unit.rests.len())
         .map(|k| GyroscopeRest {
             mean: unit.rests[k].angular_rate(),
-            covariance: mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session()),
+            covariance: mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session())
+                + Matrix3::from_diagonal(&unit.excess_variance(k, 3)),
             start_from_here: attitudes[k],
         })
         .collect();

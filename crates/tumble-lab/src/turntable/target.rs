@@ -69,10 +69,9 @@ pub fn calibrate(
     let accelerometer = (triads.accelerometer && rested)
         .then(|| session.accelerometer())
         .transpose()?;
-    let mounting = accelerometer.as_ref().map(|triad| triad.parts.mounting);
     let fitted = triads
         .gyroscope
-        .then(|| session.gyroscope(mounting.as_ref()))
+        .then(|| session.gyroscope(accelerometer.as_ref()))
         .transpose()
         .map_err(TurntableError::of_gyroscope)?;
     let (gyroscope, responses) = fitted.unzip();
@@ -90,7 +89,6 @@ pub fn calibrate(
 fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), TurntableError> {
     let uncertainty = &session.reference.uncertainty;
     let (mut forces, mut rates) = (Vec::new(), Vec::new());
-    let mounting = target.accelerometer.as_ref().map(|triad| triad.parts.mounting);
     let coupled = target
         .gyroscope
         .as_ref()
@@ -114,7 +112,7 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
             forces.push(session.accelerometer()?.model);
         }
         if uncertainty.gyroscope.is_some() && target.gyroscope.is_some() {
-            rates.push(session.gyroscope(mounting.as_ref())?.0.model);
+            rates.push(session.gyroscope(target.accelerometer.as_ref())?.0.model);
         }
     }
     for (triad, responses, stated) in [

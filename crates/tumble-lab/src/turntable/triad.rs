@@ -36,6 +36,9 @@ pub struct TriadCalibration {
     pub rank: usize,
     /// Factor on the variances because the residuals exceed the noise; one where they do not.
     pub widened: f64,
+    /// 1-sigma, m/s^2, by which residuals of an accelerometer go with the direction of gravity, which its covariance includes;
+    /// zero where they do not.
+    pub by_direction: f64,
     /// Degrees of freedom with which the variances themselves are known.
     pub variance_freedom: f64,
     /// Sum of squared normalised residuals.
@@ -184,6 +187,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         drift: solved.drift.map(|(drift, sigma)| (drift, sigma * widened.sqrt())),
         rank: solved.rank,
         widened,
+        by_direction: 0.0,
         variance_freedom,
         chi_square: solved.chi_square,
         degrees_of_freedom: solved.degrees_of_freedom,

@@ -1,6 +1,6 @@
 //! The turntable procedure on whole recordings.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use tumble_core::gravity::STANDARD;
 use tumble_core::model::ErrorModel;
@@ -92,6 +92,78 @@ fn misses(triad: &TriadCalibration, truth: &ErrorModel<f64>) -> (f64, f64) {
     errors.fold((0.0, 0.0), |most, miss| {
         (f64::max(most.0, miss.0), f64::max(most.1, miss.1))
     })
+}
+
+/// Readings in steps, as a coarse converter or a log of few digits has them.
+fn in_steps(step: f64) -> impl Fn(Vector3<f64>) -> Vector3<f64> {
+    move |y| y.map(|y| step * (y / step).round())
+}
+
+proptest! {
+    #![proptest_config(cases(8))]
+
+    #[test]
+    fn a_target_whose_steps_exceed_its_noise_is_within_its_sigmas(steps in 1.5..8.0_f64, seed in any::<u64>()) {
+        let (force, rate) = (poor_model(0.3), poor_model(0.02));
+        let (noise, still) = ((0.02, 0.002), Unit::perfect());
+        let mut draws = Draws::new(seed);
+        let seen = Recording::of(&schedule(), &Unit::noisy(0.003, 1e-4), &mut draws).acquire();
+        let felt = Recording::of(&schedule(), &Unit { scatter: noise, ..still }, &mut draws)
+            .change(|f| force.measure(&f), |w| rate.measure(&w))
+            .change(in_steps(steps * noise.0), in_steps(steps * noise.1))
+            .acquire();
+        prop_assume!(felt.rests.len() == seen.rests.len());
+        let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("a good session");
+        for (triad, truth) in [(accelerometer(&target), &force), (gyroscope(&target), &rate)] {
+            let (sigmas, _) = misses(triad, truth);
+            prop_assert!(sigmas < 5.0, "{} sigmas: {:?}", sigmas, triad.model);
+        }
+        prop_assert!(!felt.coarse_channels().is_empty());
+    }
+
+    #[test]
+    fn a_gyroscope_with_a_dead_band_is_within_its_sigmas(band in 0.003..0.015_f64, seed in any::<u64>()) {
+        let rate = poor_model(0.004);
+        let mut draws = Draws::new(seed);
+        let seen = Recording::of(&schedule(), &Unit::noisy(0.003, 1e-4), &mut draws).acquire();
+        let deadened = |w: Vector3<f64>| w.map(|w| if w.abs() < band { 0.0 } else { w });
+        let felt = Recording::of(&schedule(), &Unit::noisy(0.02, 0.001), &mut draws)
+            .change(|f| f, |w| rate.measure(&w))
+            .change(|f| f, deadened)
+            .acquire();
+        let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("a good session");
+        let (sigmas, _) = misses(gyroscope(&target), &rate);
+        prop_assert!(sigmas < 5.0, "{} sigmas: {:?}", sigmas, gyroscope(&target).model);
+        prop_assert!(felt.coarse_channels().iter().all(|each| each.channel >= 3 && each.dead_band > 0.0));
+    }
+
+    #[test]
+    fn a_target_in_a_fixture_that_flexes_is_within_its_sigmas(degrees in 0.01..0.1_f64, seed in any::<u64>()) {
+        let (force, rate) = (poor_model(0.3), poor_model(0.02));
+        let mut draws = Draws::new(seed);
+        let give = Matrix3::from_fn(|_, _| degrees.to_radians() / STANDARD * draws.normal());
+        let seen = Recording::of(&schedule(), &Unit::noisy(0.003, 1e-4), &mut draws).acquire();
+        let felt = Recording::of(&schedule(), &Unit::noisy(0.0, 0.0), &mut draws).flexed(&give);
+        let noisy = Recording::of(&schedule(), &Unit::noisy(0.02, 0.002), &mut draws);
+        let plain = Recording::of(&schedule(), &Unit::perfect(), &mut draws);
+        let felt = felt
+            .change(|f| force.measure(&f), |w| rate.measure(&w))
+            .plus(&noisy, &plain)
+            .acquire();
+        let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("a good session");
+        for (triad, truth) in [(accelerometer(&target), &force), (gyroscope(&target), &rate)] {
+            let (sigmas, _) = misses(triad, truth);
+            prop_assert!(sigmas < 8.0, "{} sigmas: {:?}", sigmas, triad.model);
+        }
+    }
+
+    #[test]
+    fn residuals_of_noise_do_not_go_with_direction(seed in any::<u64>()) {
+        let (force, rate) = (poor_model(0.3), poor_model(0.02));
+        let (seen, felt) = session(&Unit::noisy(0.02, 0.002), &Unit::noisy(0.003, 1e-4), &force, &rate, seed);
+        let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("a good session");
+        prop_assert_eq!(accelerometer(&target).by_direction, 0.0);
+    }
 }
 
 proptest! {

@@ -51,6 +51,33 @@ impl Recording {
         self
     }
 
+    /// Tilted by its weight: a rotation vector that is this matrix times the specific force.
+    pub fn flexed(mut self, give: &Matrix3<f64>) -> Self {
+        for (f, w) in self.force.iter_mut().zip(&mut self.rate) {
+            let (force, rate) = (Vector3::from(*f), Vector3::from(*w));
+            let tilt = give * force;
+            (*f, *w) = (
+                (force - tilt.cross(&force)).into(),
+                (rate - tilt.cross(&rate)).into(),
+            );
+        }
+        self
+    }
+
+    /// With the noise of another recording, which is that less the same without noise.
+    pub fn plus(mut self, noisy: &Self, plain: &Self) -> Self {
+        let add = |to: &mut [[f64; 3]], noisy: &[[f64; 3]], plain: &[[f64; 3]]| {
+            for ((y, noisy), plain) in to.iter_mut().zip(noisy).zip(plain) {
+                for axis in 0..3 {
+                    y[axis] += noisy[axis] - plain[axis];
+                }
+            }
+        };
+        add(&mut self.force, &noisy.force, &plain.force);
+        add(&mut self.rate, &noisy.rate, &plain.rate);
+        self
+    }
+
     /// Stamped by another clock, and begun later by so many samples.
     pub fn on_clock(mut self, offset: f64, skew: f64, late: usize) -> Self {
         for time in &mut self.time {

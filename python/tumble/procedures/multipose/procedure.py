@@ -28,6 +28,7 @@ from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.magnetic import MagneticTrack
@@ -518,6 +519,8 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
             f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 "
             "are good"
         )
+    if figures["non_linearity"] is not None:
+        yield _about_non_linearity(*figures["non_linearity"])
     outliers = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
     if outliers:
         yield f"rest {', '.join(outliers)}: deviates from all others and weighs less in the fit; touched?"
@@ -541,11 +544,22 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
     if figures["gyroscope"] is not None:
         yield from _about_the_gyroscope(figures["gyroscope"], result)
     for triad in result.triads:
+        yield from triad.objections
         if triad.widening > 1.0:
             yield (
                 f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas "
                 "include that"
             )
+
+
+def _about_non_linearity(values: Sequence[float], sigmas: Sequence[float]) -> str:
+    factor = 1e6 * STANDARD_GRAVITY
+    each = zip("xyz", values, sigmas, strict=True)
+    found = ", ".join(f"{axis} {factor * value:+.2g} ± {factor * sigma:.1g}" for axis, value, sigma in each)
+    return (
+        f"the accelerometer is not linear: by the square of the force it reads {found} ug/g^2 more; bias "
+        "and scale are found beside that, which no correction takes off"
+    )
 
 
 def _about_the_start(result: MultiposeResult) -> Iterator[str]:

@@ -17,6 +17,7 @@ from tumble.acquisition.acquire import (
     scale_notice,
     trace_of,
 )
+from tumble.acquisition.coarseness import coarse_notices
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import correction_notice
 from tumble.acquisition.stamps import open_sampled
@@ -318,6 +319,7 @@ def _notices(unit: Imu) -> Iterator[str]:
     """Describes omissions, and remarks of the reader for the user."""
     yield from unit.recording.metadata.remarks
     yield from unit.notices
+    yield from coarse_notices(unit)
     yield from correction_notice(unit.recording.metadata, "these biases hold")
 
 

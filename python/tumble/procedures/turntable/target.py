@@ -16,6 +16,7 @@ from tumble.acquisition.acquire import (
     scale_notice,
     trace_of,
 )
+from tumble.acquisition.coarseness import coarse_channels
 from tumble.acquisition.duplicate_sensors import duplicate_sensors
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
@@ -26,6 +27,7 @@ from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.provenance import NO_LOG
 from tumble.foundation.results import Trace, TriadName, TriadResult
 from tumble.foundation.units import TRIADS
+from tumble.foundation.words import count_of
 from tumble.poses.triads import triad_result
 from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, calibrated_magnetometer
@@ -168,14 +170,17 @@ class TargetProcedure:
             if seen in names
             for rest in range(first, last + 1)
         }
+        drifting = tuple(self._drifting(unit, figures))
+        accelerometer = triad_result(
+            "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
+        )
+        gyroscope = triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names)
         result = TargetResult(
             name=name,
             source=log_name(unit.recording),
             serial=unit.recording.metadata.serial,
-            accelerometer=triad_result(
-                "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
-            ),
-            gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
+            accelerometer=_with_objections(accelerometer, drifting),
+            gyroscope=_with_objections(gyroscope, drifting),
             rests=rests_of(unit.acquired, poses, unit.triads) + rejected_rests_of(unit.acquired),
             trace=trace_of(unit.acquired, unit.triads),
             clock=None if unit.recording.parts else _clock(figures["clock"]),
@@ -196,7 +201,7 @@ class TargetProcedure:
                 *scale_notice(unit.acquired, self.gravity),
                 *self._unshown(unit),
                 *self._duplicates(name, unit),
-                *self._warnings(result, figures),
+                *self._warnings(result, figures, rounded=bool(coarse_channels(unit))),
                 *magnetic.warnings,
             ),
         )
@@ -237,6 +242,15 @@ class TargetProcedure:
         assert accelerometer is not None, "it was asked for"
         return accelerometer
 
+    def _about_direction(self, triad: TriadResult) -> str:
+        """Describes residuals that go with the direction of gravity."""
+        tilt = math.degrees(triad.by_direction / self.gravity)
+        return (
+            f"{triad.triad} residuals go with the face that is up, by {1e3 * triad.by_direction:.2g} mm/s^2: "
+            f"the fixture flexes, as by {tilt:.1g} deg, or the sensor is not linear; the sigmas include it. "
+            "Use a stiffer fixture"
+        )
+
     def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
         """Reports that the response to specific force was fitted without a request."""
         if self.response_asked_for or gyroscope is None or gyroscope.g_sensitivity is None:
@@ -260,28 +274,48 @@ class TargetProcedure:
         clock = unit.recording.metadata.clock
         return not clock or clock != self.reference.recording.metadata.clock
 
-    def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
+    def _drifting(self, unit: Imu, figures: _core.TargetFigures) -> Iterator[str]:
+        """Reports a target that drifted at rests of the reference: its bias then is of the other rests."""
+        drifted = sum(why == "drifting" for _, _, why in unit.acquired.rejected_rests)
+        lost = min(drifted, len(self._lost(figures)))
+        if lost:
+            yield (
+                f"specific force drifts in {count_of('rest', lost)} in which the reference stands still: the "
+                "unit warms up, or turns slowly in its fixture; let it warm up, fasten it and record again"
+            )
+
+    def _lost(self, figures: _core.TargetFigures) -> list[int]:
+        """Returns the rests of the reference that are none of the target."""
+        seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
+        return [k for k in range(len(self.match.ups)) if k not in seen]
+
+    def _warnings(
+        self, result: TargetResult, figures: _core.TargetFigures, *, rounded: bool
+    ) -> Iterator[str]:
         contradiction = figures["clock"]["contradiction"]
         if contradiction:
             yield (
                 f"the turns lie {contradiction[0]:.3f} s apart although the clock is stated to be shared; "
                 "try --clock apart"
             )
-        seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
-        lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
+        lost = [str(k + 1) for k in self._lost(figures)]
         if lost:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
         yield from self._response(result.gyroscope)
         yield from _drift(figures["accelerometer"])
+        yield from dict.fromkeys(each for triad in result.triads for each in triad.objections)
         for triad in result.triads:
-            if triad.widening > 1.0:
+            if triad.by_direction:
+                yield self._about_direction(triad)
+            elif triad.widening > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
                     f"all sigmas were widened by a factor of {triad.widening:.2g}"
                 )
-            if triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
+            # Errors of rounding are alike, so that residuals show less of them than sigmas include.
+            if not rounded and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
                 yield (
                     f"{triad.triad} residuals are smaller than the noise explains (chi-square "
                     f"{triad.chi_square:.3g} for {triad.degrees_of_freedom}; chance leaves so little in "
@@ -290,6 +324,10 @@ class TargetProcedure:
             if triad.triad != "magnetometer":
                 # Soft iron leaves as much.
                 yield from _skewed_axes(triad)
+
+
+def _with_objections(triad: TriadResult | None, objections: tuple[str, ...]) -> TriadResult | None:
+    return triad and replace(triad, objections=(*triad.objections, *objections))
 
 
 def _drift(figures: _core.TriadFigures | None) -> Iterator[str]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from tumble.foundation import gravity
-from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
+from tumble.foundation.results import LARGEST_WIDENING, NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of, join
 from tumble.procedures.turntable.result import (
@@ -63,11 +63,14 @@ def reason(target: TargetResult) -> str:
 
 def misfit_sentence(target: TargetResult) -> str:
     """Describes the residuals that the model does not explain; empty where it explains all."""
-    return "; ".join(
+    found = [
         f"{triad.triad} residuals are {significant(triad.widening, 2)} times what the noise explains, which "
         "no sigma covers: the unit, its fixture or the reference did something that the model does not hold"
         for triad in target.misfits
-    )
+        if triad.widening > LARGEST_WIDENING
+    ]
+    objections = [each for triad in target.misfits for each in triad.objections]
+    return "; ".join([*found, *dict.fromkeys(objections)])
 
 
 def closest_sentence(checks: Sequence[LimitCheck]) -> str:
