@@ -119,6 +119,7 @@ pub struct SpinEstimator<T: Real> {
     resolution: Resolution<T, 3>,
     dead_band: DeadBand<T, 3>,
     even: EvenReadings<T>,
+    even_force: EvenReadings<T>,
     lost: T,
     first: Option<PendingBlock<T>>,
     middle: Option<PendingBlock<T>>,
@@ -158,6 +159,7 @@ impl<T: Real> SpinEstimator<T> {
             resolution: Resolution::new(),
             dead_band: DeadBand::new(),
             even: EvenReadings::new(),
+            even_force: EvenReadings::new(),
             lost: T::zero(),
             first: None,
             middle: None,
@@ -177,6 +179,7 @@ impl<T: Real> SpinEstimator<T> {
         self.turning_samples = 0;
         self.turned = TurnTotals::none();
         self.even = EvenReadings::new();
+        self.even_force = EvenReadings::new();
         self.dead_band = DeadBand::new();
         self.lost = T::zero();
         self.first = None;
@@ -258,12 +261,18 @@ impl<T: Real> SpinEstimator<T> {
             + hidden
     }
 
-    /// The same of the accelerometer, (m/s^2)^2: on a level floor its readings hardly change with heading.
+    /// The same of the accelerometer, (m/s^2)^2:
     pub(super) fn force_rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
         let step = self.force_resolution.step();
         rests
             .sample_variance(0)
             .map(|scatter| variance_of_rounding(step, scatter))
+    }
+
+    /// The same of the mean over the turn.
+    pub(super) fn turning_force_rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
+        self.force_rounding(rests)
+            .component_mul(&Vector3::from(self.even_force.share()))
     }
 
     /// Half the width of the band about zero, rad/s, in which each axis of the gyroscope reads nothing; zero where there is none.
@@ -361,7 +370,10 @@ impl<T: Real> SpinEstimator<T> {
             ));
             self.noise.push(&block.moments.variance());
         }
-        self.even.push(block, self.resolution.smallest_change());
+        self.even
+            .push(&block.angular_rate(), self.resolution.smallest_change());
+        self.even_force
+            .push(&block.specific_force(), self.force_resolution.smallest_change());
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();
         self.turned.push(block, &(block.angular_rate() - reference.bias));

@@ -1,8 +1,8 @@
-//! Readings of a gyroscope that stay within a step while a robot turns (docs/theory/spin.md, eq. 22).
+//! Readings of a triad that stay within a step while a robot turns (docs/theory/spin.md, eq. 22).
+
+use nalgebra::Vector3;
 
 use crate::real::{Real, count};
-use crate::sample::CHANNELS;
-use crate::spin::block::Block;
 
 /// Axes of a triad.
 const AXES: usize = 3;
@@ -27,12 +27,11 @@ impl<T: Real> EvenReadings<T> {
         }
     }
 
-    /// Takes in a block of the turn.
-    pub fn push(&mut self, block: &Block<T>, smallest_change: T) {
-        let means = block.moments.mean();
+    /// Takes in the means over a block of the turn.
+    pub fn push(&mut self, means: &Vector3<T>, smallest_change: T) {
         self.total = self.total.saturating_add(1);
         for axis in 0..AXES {
-            let level = means[CHANNELS / 2 + axis];
+            let level = means[axis];
             if self.blocks[axis] > 0 && (level - self.levels[axis]).abs() < smallest_change {
                 self.blocks[axis] += 1;
             } else {
@@ -47,12 +46,16 @@ impl<T: Real> EvenReadings<T> {
         self.squares[axis] + blocks * blocks
     }
 
-    /// Variance of the mean over the turn, rad/s, that the variance `rounding` leaves on each axis: that of the worst axis.
-    pub fn variance_of_mean(&self, rounding: [T; AXES]) -> T {
+    /// Variance of the mean over the turn over that of one reading, each axis.
+    pub fn share(&self) -> [T; AXES] {
         let total = count::<T>(self.total.max(1));
-        (0..AXES).fold(T::zero(), |worst, axis| {
-            worst.max(rounding[axis] * self.sum_of_squares(axis) / (total * total)) // eq. 22
-        })
+        core::array::from_fn(|axis| self.sum_of_squares(axis) / (total * total)) // eq. 22
+    }
+
+    /// Variance of the mean over the turn that the variance `rounding` leaves on each axis: that of the worst axis.
+    pub fn variance_of_mean(&self, rounding: [T; AXES]) -> T {
+        let shares = self.share();
+        (0..AXES).fold(T::zero(), |worst, axis| worst.max(rounding[axis] * shares[axis]))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What rounding, and dead bands, leave on means and integrals of a recording (docs/theory/rounding.md).
+//! Uncertainty that rounding, and dead bands, leave on means and integrals of a recording (docs/theory/rounding.md).
 
 use nalgebra::Vector3;
 use tumble_core::noise::Interval;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::rotation::Procrustes;
-use tumble_core::turntable::fit::fit;
+use tumble_core::turntable::fit::{TriadFit, fit};
 use tumble_core::turntable::observation::{FitInputs, Observation};
 use tumble_core::turntable::truth::{
     CommonRest, ForceObservation, TruthSource, from_poses, from_reference, with_drift,
@@ -36,6 +36,7 @@ impl TargetSession<'_> {
             shared: self.shared_force_error(),
         };
         let of_rests = inputs;
+        refuse_unshown(&fit::<f64, 4, 3, 15>(&observations, &inputs)?)?;
         let misfit = direction_misfit(&observations, &inputs)?;
         let observations = match &misfit {
             Some(misfit) => with_misfit(&observations, misfit.variance),
@@ -43,9 +44,6 @@ impl TargetSession<'_> {
         };
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 3, 15>(&observations, &inputs)?;
-        if solved.observed.contains(&false) {
-            return Err(TurntableError::DirectionsTooAlike);
-        }
         let repeats = repeats(&observations);
         let systematic = self.systematic();
         let triad = finish(
@@ -132,6 +130,17 @@ impl TargetSession<'_> {
             _ => 0.0,
         }
     }
+}
+
+/// Sigma of an element of M beyond which the rests do not show it: poses in a plane show a scale by their tilt alone.
+const OPEN: f64 = 0.03;
+
+fn refuse_unshown(solved: &TriadFit<f64, 3>) -> Result<(), TurntableError> {
+    let sigma = |place: usize| solved.covariance[(place, place)].sqrt();
+    if solved.observed.contains(&false) || (0..9).any(|place| sigma(place) > OPEN) {
+        return Err(TurntableError::DirectionsTooAlike);
+    }
+    Ok(())
 }
 
 /// Chance of a drift where there is none, by the noise that rests show and by that of the residuals.

@@ -22,8 +22,9 @@ const FALSE_ALARM_BY_REPEATS: f64 = 1e-2;
 /// Unknowns of an accelerometer.
 const UNKNOWNS: usize = 12;
 
-/// Variances, (m/s^2)^2, between which the one that explains the residuals is sought.
-const SOUGHT: (f64, f64) = (1e-12, 10.0);
+/// Variances, (m/s^2)^2, between which the one that explains the residuals is sought: a unit that is tilted by more than
+/// 3 deg did not turn as the reference did.
+const SOUGHT: (f64, f64) = (1e-12, 0.25);
 
 const BISECTIONS: u32 = 40;
 
@@ -71,6 +72,9 @@ pub(super) fn direction_misfit(
         if f_tail(ratio, between, within) >= FALSE_ALARM_BY_REPEATS {
             return Ok(None); // eq. 53
         }
+    }
+    if sums(SOUGHT.1)?.between > between {
+        return Ok(None);
     }
     let (mut low, mut high) = (SOUGHT.0.ln(), SOUGHT.1.ln());
     for _ in 0..BISECTIONS {

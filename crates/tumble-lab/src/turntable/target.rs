@@ -66,9 +66,11 @@ pub fn calibrate(
         ups,
         settings,
     };
-    let accelerometer = (triads.accelerometer && rested)
-        .then(|| session.accelerometer())
-        .transpose()?;
+    let accelerometer = match (triads.accelerometer && rested).then(|| session.accelerometer()) {
+        // Few faces on a rate table show the gyroscope all the same.
+        Some(Err(TurntableError::DirectionsTooAlike)) if rates => None,
+        found => found.transpose()?,
+    };
     let fitted = triads
         .gyroscope
         .then(|| session.gyroscope(accelerometer.as_ref()))

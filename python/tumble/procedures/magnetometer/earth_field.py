@@ -71,7 +71,7 @@ def earth_field(
 def _by_model(
     latitude: float, longitude: float, height: float, day: date, uncertainty: float | None
 ) -> EarthField:
-    """Evaluates the World Magnetic Model (docs/theory/magnetometer.md, eq. 12)."""
+    """Evaluates the World Magnetic Model (docs/theory/magnetometer.md, eq. 11)."""
     from pygeomag import GeoMag
     from pygeomag.wmm.wmm_2025 import WMM_2025
 

@@ -72,6 +72,13 @@ STANDS_OUT = 0.5
 DECISIVE = 0.95
 """Leverage above which nothing but the pose itself shows what it shows."""
 
+LARGEST_NON_LINEARITY = 1e-3
+"""g/g^2: second order beyond that of accelerometers."""
+NOT_LINEAR = (
+    "the accelerometer is not linear beyond what sensors are, by more than the square of the force: check its "
+    "range, and that it was not corrected by another calibration"
+)
+
 ANGLES = slice(6, 12)
 """Angles among the parameters of a triad: non-orthogonality and mounting."""
 
@@ -426,6 +433,8 @@ def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired, *, on_
         "accelerometer", figures["accelerometer"], unit.noise_density[:3], unit.bias_instability[:3], {}
     )
     assert found is not None
+    if figures["non_linearity"] is not None and _is_beyond_sensors(*figures["non_linearity"]):
+        found = replace(found, objections=(*found.objections, NOT_LINEAR))
     if on_faces:
         return found
     parameters = tuple(
@@ -550,6 +559,11 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
                 f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas "
                 "include that"
             )
+
+
+def _is_beyond_sensors(values: Sequence[float], sigmas: Sequence[float]) -> bool:
+    each = zip(values, sigmas, strict=True)
+    return any(STANDARD_GRAVITY * (abs(value) - 2.0 * sigma) > LARGEST_NON_LINEARITY for value, sigma in each)
 
 
 def _about_non_linearity(values: Sequence[float], sigmas: Sequence[float]) -> str:

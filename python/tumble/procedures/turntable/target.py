@@ -199,7 +199,7 @@ class TargetProcedure:
             warnings=(
                 *notices(unit),
                 *scale_notice(unit.acquired, self.gravity),
-                *self._unshown(unit),
+                *self._unshown(unit, result),
                 *self._duplicates(name, unit),
                 *self._warnings(result, figures, rounded=bool(coarse_channels(unit))),
                 *magnetic.warnings,
@@ -247,8 +247,8 @@ class TargetProcedure:
         tilt = math.degrees(triad.by_direction / self.gravity)
         return (
             f"{triad.triad} residuals go with the face that is up, by {1e3 * triad.by_direction:.2g} mm/s^2: "
-            f"the fixture flexes, as by {tilt:.1g} deg, or the sensor is not linear; the sigmas include it. "
-            "Use a stiffer fixture"
+            f"the fixture flexes or slipped, as by {tilt:.1g} deg, or a sensor is not linear; the sigmas "
+            "include it; fasten the unit in a stiffer fixture"
         )
 
     def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
@@ -262,8 +262,10 @@ class TargetProcedure:
             "response was fitted; --no-g-sensitivity leaves it out"
         )
 
-    def _unshown(self, unit: Imu) -> Iterator[str]:
+    def _unshown(self, unit: Imu, result: TargetResult) -> Iterator[str]:
         """Describes values that a unit with one triad, or beside one, leaves open."""
+        if "accelerometer" in unit.triads and result.accelerometer is None:
+            yield "the rests point in too few directions: the accelerometer is not calibrated"
         if "gyroscope" in unit.triads and "gyroscope" not in self.reference.triads:
             yield "the reference has no gyroscope, so the gyroscope could not be calibrated"
         if "gyroscope" not in unit.triads and not unit.recording.parts and self._shares_no_clock(unit):
@@ -298,6 +300,8 @@ class TargetProcedure:
                 f"the turns lie {contradiction[0]:.3f} s apart although the clock is stated to be shared; "
                 "try --clock apart"
             )
+        # Errors that rests share are in the sigmas, and residuals show less of them.
+        alike = rounded or any(triad.by_direction for triad in result.triads)
         lost = [str(k + 1) for k in self._lost(figures)]
         if lost:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
@@ -314,8 +318,7 @@ class TargetProcedure:
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
                     f"all sigmas were widened by a factor of {triad.widening:.2g}"
                 )
-            # Errors of rounding are alike, so that residuals show less of them than sigmas include.
-            if not rounded and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
+            if not alike and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
                 yield (
                     f"{triad.triad} residuals are smaller than the noise explains (chi-square "
                     f"{triad.chi_square:.3g} for {triad.degrees_of_freedom}; chance leaves so little in "
