@@ -53,6 +53,12 @@ pub struct RoundingMonitor {
     stretches: [Vec<EvenStretch>; AXES],
 }
 
+impl Default for RoundingMonitor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl RoundingMonitor {
     /// Nothing seen yet.
     pub fn new() -> Self {
