@@ -75,8 +75,8 @@ DECISIVE = 0.95
 LARGEST_NON_LINEARITY = 1e-3
 """g/g^2: second order beyond that of accelerometers."""
 NOT_LINEAR = (
-    "the accelerometer is not linear beyond what sensors are, by more than the square of the force: check its "
-    "range, and that it was not corrected by another calibration"
+    "the accelerometer is not linear beyond what sensors are, by more than the square of the force: check "
+    "its range, and that it was not corrected by another calibration"
 )
 
 ANGLES = slice(6, 12)
