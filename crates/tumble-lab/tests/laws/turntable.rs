@@ -118,7 +118,8 @@ proptest! {
             let (sigmas, _) = misses(triad, truth);
             prop_assert!(sigmas < 5.0, "{} sigmas: {:?}", sigmas, triad.model);
         }
-        prop_assert!(!felt.coarse_channels().is_empty());
+        // Noise of 0.47 steps makes rounding average out.
+        prop_assert!(steps < 2.2 || !felt.coarse_channels().is_empty());
     }
 
     #[test]
