@@ -16,7 +16,7 @@ use crate::real::{Real, count, real, seconds};
 use crate::rotation::rotation_of;
 use crate::sample::{CHANNELS, Sample};
 use crate::soft_mean::{SoftMeans, SoftSum};
-use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
+use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments, shakes};
 
 /// Settings of the segmentation of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +47,20 @@ impl<T: Real> Default for SegmenterSettings<T> {
         }
     }
 }
+
+impl<T: Real> SegmenterSettings<T> {
+    /// Tests whether so many samples, over so many microseconds, show mean and scatter of a block.
+    fn are_enough(&self, samples: u32, age: u64) -> bool {
+        samples >= self.block_samples || (age >= LONGEST_BLOCK && samples >= SLOW_BLOCK_SAMPLES)
+    }
+}
+
+/// Length from which a block of fewer samples is a block, microseconds: a sensor that samples slower than 10 Hz would
+/// otherwise give whole rests to the turns beside them.
+const LONGEST_BLOCK: u64 = 1_000_000;
+
+/// Fewest samples of such a block; the scatter of three axes then has nine degrees of freedom.
+const SLOW_BLOCK_SAMPLES: u32 = 4;
 
 /// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -281,7 +295,7 @@ impl<T: Real> Segmenter<T> {
             return None;
         }
         let age = time - self.first;
-        let full = age >= self.settings.block && sums.samples() >= self.settings.block_samples;
+        let full = age >= self.settings.block && self.settings.are_enough(sums.samples(), age);
         let pause = time - self.last;
         if full || pause > self.longest_step {
             let gap = self.is_gap(pause);
@@ -398,11 +412,13 @@ impl<T: Real> Segmenter<T> {
             self.bends
                 .push(block.mean_rate(), block.duration(), pauses.fifth_powers());
         block.complete = !gap;
-        let enough = sums.samples() >= self.settings.block_samples;
+        let enough = self
+            .settings
+            .are_enough(sums.samples(), end.saturating_sub(self.first));
         if !enough || gap {
             self.means.pause();
         }
-        let quiet = enough && !gap && self.is_quiet(&block.moments);
+        let quiet = enough && !gap && self.is_quiet(&block.moments) && !shakes(&block.moments);
         let segment = self.advance(&block, quiet);
         self.block_is_new = true;
         self.block = Some(block);

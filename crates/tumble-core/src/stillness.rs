@@ -41,6 +41,16 @@ impl<T: Real> Default for StillnessSettings<T> {
     }
 }
 
+/// Share of gravity above which nothing at rest scatters: a table that shakes by 1 m/s^2 stays below, a unit that flies does not.
+const LARGEST_SHARE_OF_GRAVITY: f64 = 0.3;
+
+/// Tests whether specific force scatters as that of no sensor at rest does, in whatever unit: of a unit that flies.
+pub fn shakes<T: Real>(block: &UnitMoments<T>) -> bool {
+    let mean = block.mean();
+    let square = mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2];
+    Scatter::of(block).specific_force > square * real(LARGEST_SHARE_OF_GRAVITY * LARGEST_SHARE_OF_GRAVITY)
+}
+
 /// Blocks over which the noise floor is averaged.
 const FLOOR_BLOCKS: u32 = 16;
 

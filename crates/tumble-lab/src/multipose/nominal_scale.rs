@@ -16,6 +16,9 @@ pub struct NominalScale {
 /// Scatter of a gyroscope at rest, rad/s, while nothing better is known.
 const USUAL_RATE_SCATTER: f64 = 0.003;
 
+/// Scatter of the noisiest gyroscope at rest, over the usual one.
+const NOISIEST: f64 = 10.0;
+
 /// Samples of a window in which scatter is judged.
 const WINDOW: usize = 50;
 
@@ -29,30 +32,64 @@ pub(super) struct Counts {
     pub scale: NominalScale,
 }
 
+/// Smallest turn of gravity between two quiet windows, rad, that shows the scale of a gyroscope.
+const SMALLEST_TURN: f64 = 0.3;
+
 /// Judges counts by the quietest half of all windows; `None` where these do not surround a centre.
-pub(super) fn counts(force: &[[f64; 3]], rate: &[[f64; 3]], gravity: f64) -> Option<Counts> {
+pub(super) fn counts(time: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]], gravity: f64) -> Option<Counts> {
     let mut windows: Vec<_> = force
         .chunks_exact(WINDOW)
         .zip(rate.chunks_exact(WINDOW))
         .map(|(force, rate)| (mean_and_scatter(force), mean_and_scatter(rate)))
+        .enumerate()
         .collect();
-    windows.sort_by(|a, b| (a.0.1 * a.1.1).total_cmp(&(b.0.1 * b.1.1)));
+    windows.sort_by(|(_, a), (_, b)| (a.0.1 * a.1.1).total_cmp(&(b.0.1 * b.1.1)));
     windows.truncate(windows.len() / 2);
-    let forces: Vec<_> = windows.iter().map(|(force, _)| force.0).collect();
+    let (_, (_, (rate_zero, scatter))) = *windows.first()?;
+    windows.sort_by_key(|(number, _)| *number);
+    let quiet: Vec<_> = windows
+        .iter()
+        .map(|(number, (force, _))| (*number, force.0))
+        .collect();
+    let forces: Vec<_> = quiet.iter().map(|(_, force)| *force).collect();
     let (force_zero, radius) = sphere(&forces)?;
-    let (_, (rate_zero, scatter)) = windows.first()?;
+    let path = counted_path(time, rate, &rate_zero);
+    let by_scatter = USUAL_RATE_SCATTER / scatter;
+    let turned = quiet.windows(2).filter_map(|pair| {
+        let [(first, before), (second, after)] = [pair[0], pair[1]];
+        let angle = (before - force_zero).angle(&(after - force_zero));
+        let [first, second] = [first, second].map(|number| number * WINDOW + WINDOW / 2);
+        (angle > SMALLEST_TURN).then(|| angle / (path[second] - path[first]))
+    });
     Some(Counts {
         force_zero,
-        rate_zero: *rate_zero,
+        rate_zero,
         scale: NominalScale {
             force: rounded(radius / gravity).recip(),
-            rate: if *scatter > 0.0 {
-                USUAL_RATE_SCATTER / scatter
-            } else {
-                1.0
+            // No turn is shorter than that of gravity in it: the largest ratio is nearest to the scale. Where a log was
+            // cut, gravity turns while nothing is counted.
+            rate: match turned
+                .filter(|scale| *scale < NOISIEST * by_scatter)
+                .reduce(f64::max)
+            {
+                Some(scale) => scale,
+                None if scatter > 0.0 => by_scatter,
+                None => 1.0,
             },
         },
     })
+}
+
+/// Length of the way that a gyroscope counted up to each sample, counts times s.
+fn counted_path(time: &[f64], rate: &[[f64; 3]], zero: &Vector3<f64>) -> Vec<f64> {
+    let mut path = Vec::with_capacity(rate.len());
+    let (mut sum, mut before) = (0.0, None);
+    for (t, y) in time.iter().zip(rate) {
+        sum += (Vector3::from(*y) - zero).norm() * (t - before.unwrap_or(*t));
+        before = Some(*t);
+        path.push(sum);
+    }
+    path
 }
 
 fn mean_and_scatter(readings: &[[f64; 3]]) -> (Vector3<f64>, f64) {

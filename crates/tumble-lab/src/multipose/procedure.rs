@@ -239,7 +239,7 @@ impl<'a> Centred<'a> {
             nominal: None,
         };
         if settings.raw {
-            let counted = counts(samples.force, samples.rate, settings.gravity);
+            let counted = counts(samples.time, samples.force, samples.rate, settings.gravity);
             let counted = counted.ok_or(MultiposeError::Unsolvable)?;
             centre(&mut unit.force, &counted.force_zero, counted.scale.force);
             centre(&mut unit.rate, &counted.rate_zero, counted.scale.rate);
@@ -295,10 +295,11 @@ impl<'a> Centred<'a> {
         let found = best.ok_or(refusal);
         let found = found.and_then(|(_, candidate)| self.describe(candidate, settings));
         let held = self.held_candidate(&spans, settings);
-        let held = held.and_then(|held| self.describe(held, settings).ok());
+        let held = held.map(|held| held.and_then(|held| self.describe(held, settings)));
         let mut found = match (found, held) {
-            (Err(_), Some(held)) => held,
-            (Ok(found), Some(held)) if held.is_better_than(&found) => held,
+            (Err(_), Some(Ok(held))) => held,
+            (Ok(found), Some(Ok(held))) if held.is_better_than(&found) => held,
+            (Err(still), Some(Err(held))) => return Err(if says_more(&held, &still) { held } else { still }),
             (found, _) => found?,
         };
         found.left_out = self.left_out(&spans, &found.acquired);
@@ -328,7 +329,11 @@ impl<'a> Centred<'a> {
     }
 
     /// Candidate with rests of which some tremble; `None` where none does, where they are labelled, or are too few.
-    fn held_candidate(&self, spans: &[HeldSpan], settings: &MultiposeSettings) -> Option<Candidate> {
+    fn held_candidate(
+        &self,
+        spans: &[HeldSpan],
+        settings: &MultiposeSettings,
+    ) -> Option<Result<Candidate, MultiposeError>> {
         let samples = self.samples();
         let still: Vec<_> = spans
             .iter()
@@ -354,13 +359,13 @@ impl<'a> Centred<'a> {
         for (k, span) in spans.iter().enumerate().filter(|(k, _)| !still[*k]) {
             acquired.rests[k].moments = acquired.rests[k].moments.about(&soft_mean(&samples, *span));
         }
-        let fit = Fitted::to_norm(&acquired, settings.gravity).ok()?;
-        Some(Candidate {
+        let fit = Fitted::to_norm(&acquired, settings.gravity);
+        Some(fit.map(|fit| Candidate {
             tolerance: BY_HAND,
             acquired,
             sections: Vec::new(),
             fit,
-        })
+        }))
     }
 
     fn candidate(&self, tolerance: f64, settings: &MultiposeSettings) -> Result<Candidate, MultiposeError> {
