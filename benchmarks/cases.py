@@ -2,7 +2,8 @@
 
 `python -m benchmarks.cases`
 
-Data: `../shared/data/cases` and `../shared/data/live_session_busy`, whose truth is known.
+Data: `../shared/data/cases` and `../shared/data/live_session_busy`, whose truth is known; then the answers to
+the recordings of others in `../shared/data/world`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import yaml
 from rich.console import Console
 
 import tumble
+from benchmarks import world_cases
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import design_scenario
 from tumble.foundation.recording import FloatArray, Recording
@@ -255,6 +257,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for row in rows():
         content["rows"].append(row)
         console.print(row)
+    content["world"] = []
+    for row in world_cases.rows():
+        content["world"].append(row)
+        console.print(f"{row['case']}: {row['missing'] or 'right'}")
     if not options.no_save:
         console.print(f"written to {save('cases', content)}")
 

@@ -277,10 +277,15 @@ def _read_metawear(path: Path) -> object:
     return [_csv(file) for file in path.parent.iterdir()]
 
 
+def _csv_of_ours(path: Path) -> object:
+    """Reads a file that Tumble wrote, behind the line of its units."""
+    return pa.csv.read_csv(path, read_options=pa.csv.ReadOptions(skip_rows=1))
+
+
 PYARROW = "pyarrow.csv.read_csv"
 READERS = {
-    "csv": Reader(_recording("CSV"), _csv, PYARROW),
-    "csv.gz": Reader(_packed, _csv, PYARROW),
+    "csv": Reader(_recording("CSV"), _csv_of_ours, PYARROW),
+    "csv.gz": Reader(_packed, _csv_of_ours, PYARROW),
     "parquet": Reader(_recording("Parquet"), pa.parquet.read_table, "pyarrow.parquet.read_table"),
     "euroc": Reader(_euroc, lambda path: _csv(path / "imu0" / "data.csv"), PYARROW),
     "xsens": Reader(_xsens, lambda path: _csv(path, lines=3, delimiter="\t"), PYARROW),

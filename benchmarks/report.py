@@ -155,6 +155,22 @@ def cases(results: Mapping[str, Content]) -> Iterator[str]:
             yield _row([case, "largest error", "8 sigma", f"{largest:.1f} sigma, {reported}"])
 
 
+def others(results: Mapping[str, Content]) -> Iterator[str]:
+    """Answers to recordings of others: how many are right, and what is missing of the others."""
+    rows = results.get("cases", {}).get("world", ())
+    if not rows:
+        yield "Not measured yet."
+        return
+    missing = [row for row in rows if row["missing"]]
+    yield f"{len(rows) - len(missing)} of {len(rows)} answers are right."
+    if missing:
+        yield ""
+        yield "| recording: command | missing |"
+        yield "|---|---|"
+    for row in missing:
+        yield _row([row["case"], f"`{row['missing']}`"])
+
+
 def stamps(content: Content) -> Iterator[str]:
     """Errors of a gyroscope whose stamps come late, before and after a fit; live clocks under load."""
     yield (
@@ -1312,6 +1328,7 @@ SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
     "subjects": subjects,
     "missed": missed,
     "cases": cases,
+    "others": others,
     "integrity": integrity,
 }
 """Made from the figures of several benchmarks."""
@@ -1322,7 +1339,7 @@ PAGES = {
     "docs/how-to/fly-it.md": ("integrity",),
     "docs/benchmarks/README.md": ("subjects", "figures"),
     "docs/benchmarks/missed.md": ("missed",),
-    "docs/benchmarks/before-and-now.md": ("cases",),
+    "docs/benchmarks/before-and-now.md": ("cases", "others"),
     **{f"docs/benchmarks/{subject.page}.md": subject.tables for subject in SUBJECTS},
 }
 """Tables on each page."""

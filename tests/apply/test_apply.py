@@ -178,7 +178,12 @@ def test_read_options_are_options_of_the_command_line(tmp_path):
 
 @pytest.mark.parametrize(
     "options",
-    [("--axes", "x,x,z"), ("--columns", "ax"), ("--accelerometer-scale", "1,2"), ("--gyroscope-unit", "rpm")],
+    [
+        ("--axes", "x,x,z"),
+        ("--columns", "ax"),
+        ("--accelerometer-scale", "1,2"),
+        ("--gyroscope-unit", "knots"),
+    ],
 )
 def test_an_option_that_makes_no_sense_ends_with_one_line_and_code_2(tmp_path, options):
     log = write(tmp_path / "log.csv", made_up(300))

@@ -82,7 +82,7 @@ def test_live_readings_are_corrected_as_those_of_a_log(tmp_path, truth):
     calibration.save(tmp_path / "unit.yaml")
     field = truth @ calibration.magnetometer.M.T + calibration.magnetometer.b
     rows = np.column_stack(
-        [np.linspace(0.0, 1.0, COUNT), np.tile([0.0, 0.0, 9.8, 0.0, 0.0, 0.0], (COUNT, 1)), field]
+        [np.linspace(0.0, 1.0, COUNT), np.tile([0.0, 0.0, 9.8, 0.01, 0.0, 0.0], (COUNT, 1)), field]
     )
     names = "time_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps,mx_uT,my_uT,mz_uT"
     np.savetxt(tmp_path / "unit.csv", rows, "%.17g", ",", header=names, comments="")

@@ -29,13 +29,13 @@ def log(tmp_path):
 @pytest.mark.parametrize("option", ["--gyroscope-u", "--gyroscope-uni", "--gyroscope-unit"])
 @pytest.mark.parametrize("sign", [" ", "="])
 def test_option_may_be_any_unambiguous_prefix(log, option, sign):
-    words = f"{option}{sign}rpm".split(" ")
+    words = f"{option}{sign}furlongs".split(" ")
     done = typed("inspect", log, *words)
-    assert "--gyroscope-unit rpm" in done.err
+    assert "--gyroscope-unit furlongs" in done.err
 
 
 def test_ambiguous_option_prefix_is_refused_with_its_candidates(log):
-    done = typed("inspect", log, "--gyroscope", "rpm")
+    done = typed("inspect", log, "--gyroscope", "furlongs")
     assert done.code == 2
     assert "--gyroscope-unit" in done.err
     assert "--gyroscope-zero" in done.err

@@ -12,7 +12,7 @@ from mcap.writer import Writer as McapWriter
 
 import tumble
 from bag_fixtures import ROS2, messages, write_ros1
-from log_fixtures import made_up, read, same, write
+from log_fixtures import made_up, read, same, write, write_text
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.logs import list_imus
@@ -170,8 +170,7 @@ def test_one_triad_alone_goes_where_messages_need_no_other(tmp_path):
 
 
 def test_assumed_unit_is_reported(tmp_path):
-    log = tmp_path / "log.csv"
-    write(log, CHUNK)
+    log = write_text(tmp_path / "log.csv", made_up(10, temperature=False))
     assert "assumed to be in rad/s" in typed("convert", log, "-o", tmp_path / "new.mcap").err
 
 

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from pyarrow import feather
 
-from log_fixtures import made_up, read, refusal, same, write, write_text
+from log_fixtures import assert_said_to_be_cut_short, made_up, read, refusal, same, write, write_text
 from tumble.foundation.recording import Chunk
 from tumble.foundation.schemas import SCHEMAS
 from tumble.logs import ReadOptions, open_recording
@@ -145,9 +145,7 @@ def test_text_in_place_of_a_number_is_reported_with_its_place(tmp_path):
 def test_a_binary_file_cut_short_is_said(tmp_path, name, share):
     path = write(tmp_path / name, made_up(5000))
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    line = refusal(path)
-    assert str(path) in line
-    assert "cut short" in line
+    assert_said_to_be_cut_short(path, made_up(5000))
 
 
 @pytest.mark.parametrize("name", ["log.parquet", "log.mcap"])
@@ -228,16 +226,22 @@ def test_a_channel_that_is_often_no_number_is_refused_by_name(tmp_path):
     assert "gy is no number in 20 of 1000 samples" in line
 
 
-def test_a_triad_that_is_never_a_number_is_refused(tmp_path):
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+@pytest.mark.parametrize(("reading", "seen"), [(np.nan, "holds no number"), (0.0, "is 0 in all samples")])
+@pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.mcap"])
+def test_a_triad_without_a_reading_is_left_out_and_named(tmp_path, name, triad, reading, seen):
     chunk = made_up(100)
-    chunk.accelerometer[:] = np.nan
-    assert "accelerometer holds no number" in refusal(write(tmp_path / "log.csv", chunk))
+    getattr(chunk, triad)[:] = reading
+    metadata = open_recording(write(tmp_path / name, chunk)).metadata
+    assert triad not in metadata.triads
+    assert len(metadata.triads) == 1
+    assert f"{triad} {seen}, and is left out as not recorded" in metadata.remarks
 
 
-def test_an_accelerometer_that_reads_nothing_is_dead(tmp_path):
-    chunk = made_up(100)
-    chunk.accelerometer[:] = 0.0
-    assert "it is dead" in refusal(write(tmp_path / "log.csv", chunk))
+def test_a_gyroscope_that_rests_at_zero_before_it_turns_is_read(tmp_path):
+    chunk = made_up(100_000)
+    chunk.gyroscope[:-1] = 0.0
+    assert same(read(write(tmp_path / "log.csv", chunk)), chunk)
 
 
 def test_gaps_stay(tmp_path):

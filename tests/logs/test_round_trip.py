@@ -22,16 +22,21 @@ SI = ReadOptions(accelerometer_unit="m/s^2", gyroscope_unit="rad/s", time_unit="
 
 @st.composite
 def chunks(draw):
-    """Finite floats, accelerations that no resting sensor reads in g or mg, times on whole nanoseconds."""
+    """Finite floats, accelerations that no resting sensor reads in g or mg, times on whole nanoseconds.
+
+    Temperatures are those that an IMU may have.
+    """
     count = draw(st.integers(1, 30))
     finite = st.floats(-1e6, 1e6, allow_subnormal=True)
     step = draw(st.lists(st.integers(1, 10**12), min_size=count, max_size=count))
     time = np.cumsum(step) / 1e9
-    rest = draw(st.lists(finite, min_size=4 * count, max_size=4 * count))
+    rates = draw(st.lists(finite, min_size=3 * count, max_size=3 * count))
+    warm = draw(st.lists(st.floats(-80.0, 200.0), min_size=count, max_size=count))
     size = draw(st.lists(st.floats(20.0, 400.0), min_size=3 * count, max_size=3 * count))
     sign = draw(st.sampled_from([-1.0, 1.0]))
-    table = np.array(rest).reshape(count, 4)
-    return Chunk(time, sign * np.array(size).reshape(count, 3), table[:, :3].copy(), table[:, 3].copy())
+    return Chunk(
+        time, sign * np.array(size).reshape(count, 3), np.array(rates).reshape(count, 3), np.array(warm)
+    )
 
 
 @pytest.mark.parametrize("name", FORMATS)

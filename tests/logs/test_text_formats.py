@@ -194,7 +194,7 @@ def test_the_stamp_of_a_header_goes_before_the_time_of_its_arrival(tmp_path, chu
     metadata = open_recording(path).metadata
     assert metadata.frame == "imu_link"
     path.write_text(path.read_text().replace(",imu_link", ",").replace(f",{formats.EPOCH_NS}", ",0"))
-    assert np.array_equal(read(path).gyroscope[1:], expected.gyroscope[1:])
+    assert np.array_equal(read(path).gyroscope, expected.gyroscope[1:])
 
 
 def test_headers_without_stamp_give_arrival_times_and_a_notice(tmp_path, chunk):

@@ -221,7 +221,7 @@ def test_the_simulated_session_is_calibrated_by_the_command_it_names(tmp_path):
         ("label,start,end\n", "holds no sections"),
         ("label,start,end\nup,0,100\n", "'up' is no label"),
         ("label,start,end\nx_p,0,ten\n", "no numbers of samples"),
-        ("label,start,end\nx_p,0,5\n", "20 samples or more"),
+        ("label,start,end\nx_p,0,5\n", "10 samples or more"),
         ("label,start,end\nx_p,0,100\nx_a,50,200\n", "overlap at sample 50"),
         ("label,start,end\nx_p,0,100\nrest,200,300\n", "label all or none"),
         ("label,start,end\nx_p,0,9999999\n", "ends at sample 9999999"),

@@ -74,7 +74,7 @@ def test_six_faces_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("name", "seen"), [("calibration", "orientations"), ("static_449s", "one orientation only")]
+    ("name", "seen"), [("calibration", "add poses across it"), ("static_449s", "one orientation only")]
 )
 def test_too_few_poses_are_refused(name, seen):
     columns = np.loadtxt(DATA / "mpu6050" / f"{name}.csv", delimiter=",", skiprows=5)

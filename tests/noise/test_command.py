@@ -114,7 +114,8 @@ def test_short_log_reports_missing_terms_and_the_length_needed(log, tmp_path):
 def test_moving_log_is_refused_in_one_line_and_writes_nothing(tmp_path):
     typed("simulate", "spin", "--still", 1, "--turns", 3, "-o", tmp_path)
     rows = (tmp_path / "spin.csv").read_text().splitlines()
-    (tmp_path / "moving.csv").write_text("\n".join([*rows[:2], *rows[400:900]]) + "\n")
+    names = next(number for number, row in enumerate(rows) if row.startswith("time"))
+    (tmp_path / "moving.csv").write_text("\n".join([*rows[: names + 1], *rows[400:900]]) + "\n")
     done = typed("noise", tmp_path / "moving.csv", "-o", tmp_path / "out")
     assert done.code == 2
     assert done.err.count("\n") == 1

@@ -89,7 +89,7 @@ def test_units_of_a_session_share_a_clock_and_state_their_units(tmp_path, logs):
     typed("record", *words_for(tmp_path), "-o", session)
     one, other = (open_recording(f"{session}:{name}").metadata for name in ("a", "b"))
     assert one.clock == other.clock != ""
-    assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "session")
+    assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "head of the file")
 
 
 def test_the_state_of_the_wheels_is_recorded_and_replayed(tmp_path):

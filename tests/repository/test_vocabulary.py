@@ -33,6 +33,7 @@ STORE = {"corrupt", "against another primary"}
 ONLY_OF_A_LOG = {
     "no rest for long",
     "moved first",
+    "bias changed",
     "pushed",
     "tipped",
     "drove",

@@ -250,7 +250,7 @@ def test_biases_and_noise_typed_are_those_of_the_unit(tmp_path):
     truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
     assert truth["accelerometer_bias"] == pytest.approx([0.3, -0.2, 0.1])
     assert truth["gyroscope_bias"] == pytest.approx([0.02, 0.01, -0.03])
-    columns = np.genfromtxt(tmp_path / "spin.csv", delimiter=",", skip_header=1, names=True)
+    columns = np.genfromtxt(tmp_path / "spin.csv", delimiter=",", skip_header=2, names=True)
     at_rest = columns[:500]
     for name, sigma in [("ax", 0.02), ("az", 0.02), ("gx", 0.002), ("gz", 0.002)]:
         assert at_rest[name].std() == pytest.approx(sigma, rel=0.15)

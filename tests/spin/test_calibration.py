@@ -63,7 +63,7 @@ def test_a_corrected_log_has_no_bias_left(tmp_path):
 
 
 def test_applying_a_calibration_whose_purpose_is_bias_raises_no_alarm(tmp_path):
-    log = record(MOVES, 82).write(tmp_path / "robot.csv")
+    log = record(MOVES, 82).write(tmp_path / "robot.csv", "time,ax,ay,az,gx_radps,gy_radps,gz_radps")
     assert typed("spin", log, "-o", tmp_path / "out").code == 0
     done = typed("apply", tmp_path / "out/robot.spin.yaml", log, "-o", tmp_path / "corrected.csv")
     assert done.code == 0

@@ -290,13 +290,18 @@ def test_a_robot_that_is_lifted_fails():
     assert refusal(Fed(session))
 
 
-def test_degrees_taken_for_radians_are_noticed_when_it_turns():
+@pytest.mark.parametrize("stated", [{}, {"gyroscope_unit": "deg/s"}])
+def test_degrees_without_a_stated_unit_are_known_at_rest(stated):
     session = record([still(6.0), turn(2.5, rate=0.5)], seed=20)
     degrees = session.table * np.array([1, 1, 1, 1, *[180.0 / np.pi] * 3])
-    data = pieces_of(text_lines(degrees), 2048)
-    assert "--gyroscope-unit (deg/s?)" in refusal(scripted(data))
-    _, result = run(scripted(data, gyroscope_unit="deg/s"))
+    _, result = run(scripted(pieces_of(text_lines(degrees), 2048), **stated))
     assert (np.abs(off(result, session)) < 4.0).all()
+
+
+def test_degrees_taken_for_radians_are_noticed_when_it_turns():
+    session = record([still(6.0), turn(2.5, rate=0.5)], seed=20, gyroscope_bias=(0.0, 0.0, 0.0))
+    degrees = session.table * np.array([1, 1, 1, 1, *[180.0 / np.pi] * 3])
+    assert "--gyroscope-unit (deg/s?)" in refusal(scripted(pieces_of(text_lines(degrees), 2048)))
 
 
 def test_a_wrong_accelerometer_scale_is_noticed():

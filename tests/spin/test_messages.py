@@ -23,6 +23,11 @@ WITH_REMEDY = [
     ("no turn", {"turned": 0.0}, "did not turn"),
     ("unsolvable", {}, "not numbers"),
     ("no rest for long", {"duration": 700.4}, "700 s without a rest"),
+    (
+        "bias changed",
+        {"start": 0.2, "end": 5.8, "axis": 2, "change": -0.023},
+        "bias z differs by 0.023 rad/s from that of the other rests",
+    ),
     ("moved first", {}, "before it had stood still"),
     ("drove", {"speed": 0.52, "named": 0.0}, "about 0.5 m/s"),
     ("drove a circle", {"radius": 2.04}, "2.0 m radius"),

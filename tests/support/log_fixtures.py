@@ -33,6 +33,23 @@ def made_up(samples=2000, rate=200.0, seed=1, start=0.0, temperature=True):
     return Chunk(time, accelerometer, gyroscope, degrees if temperature else None)
 
 
+def assert_said_to_be_cut_short(path, whole):
+    """Checks that a log without its end is refused in a line on that, or read up to there with a remark."""
+    try:
+        recording = open_recording(path)
+    except LogError as error:
+        line = str(error)
+    else:
+        line = ""
+    if line:
+        assert str(path) in line
+        assert "cut short" in line
+        return
+    assert any("breaks off" in remark for remark in recording.metadata.remarks)
+    found = join(list(recording.chunks()))
+    assert np.array_equal(found.gyroscope, whole.gyroscope[: len(found)])
+
+
 def write(path, chunk, **facts):
     """Writes a chunk with our own writers."""
     with open_writer(path, facts=Facts(**facts)) as writer:

@@ -209,10 +209,10 @@ def test_swapped_up_and_down_of_the_reference_are_found_by_pose(folders):
 
 def test_reference_reading_minus_g_in_every_file_has_a_wrong_sign(folders):
     for path in (folders / "reference").iterdir():
-        names, *lines = path.read_text().splitlines()
+        units, names, *lines = path.read_text().splitlines()
         rows = [line.split(",") for line in lines]
         turned = [[time, *(str(-float(force)) for force in rest[:3]), *rest[3:]] for time, *rest in rows]
-        path.write_text("\n".join([names, *map(",".join, turned)]) + "\n")
+        path.write_text("\n".join([units, names, *map(",".join, turned)]) + "\n")
     line = refused_folders(folders)
     assert "reads -g where its poses have +g, in every file" in line
     assert "--accelerometer-sign -1" in line

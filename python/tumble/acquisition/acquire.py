@@ -24,7 +24,7 @@ from tumble.foundation.results import Rest, Trace
 from tumble.foundation.units import TRIADS, UNITS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts
-from tumble.logs.units import odd_step, usual_step
+from tumble.logs.units import length_of_gravity, odd_step, usual_step
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 FEWEST_RESTS = 4
 """Four directions determine three axes and a bias."""
 LARGEST_SHARE_NOT_FINITE = 0.01
+NO_GRAVITY_RATIO = 0.05
+"""Mean length of specific force at rest against gravity below which gravity was removed from it."""
+WITHOUT_GRAVITY = (
+    "gravity was removed from it; record the raw acceleration: another topic, column or setting of the driver"
+)
 LARGEST_GRAVITY_RATIO = 1.25
 """Mean length of specific force at rest against gravity: beyond it the unit is wrong, not the sensor."""
 NOTABLE_GRAVITY_RATIO = 1.1
@@ -253,8 +258,10 @@ def scale_notice(unit: _core.Acquired, gravity: float) -> Iterator[str]:
     """Describes a length at rest farther from gravity than that of any sensor on sale."""
     if not len(unit.rest_times):
         return
-    length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
-    if length > 0.0 and abs(math.log(length / gravity)) > math.log(NOTABLE_GRAVITY_RATIO):
+    length = length_of_gravity(unit.rest_specific_force)
+    if 0.0 < length < NO_GRAVITY_RATIO * gravity:
+        yield f"accelerometer reads {length:.4g} m/s^2 at rest: {WITHOUT_GRAVITY}"
+    elif length > 0.0 and abs(math.log(length / gravity)) > math.log(NOTABLE_GRAVITY_RATIO):
         yield (
             f"accelerometer reads {length:.4g} m/s^2 at rest, {length / gravity:.2f} of gravity: check its "
             "unit and its range, or whether it is damaged"
@@ -264,11 +271,13 @@ def scale_notice(unit: _core.Acquired, gravity: float) -> Iterator[str]:
 def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:
     if not len(unit.rest_times):
         return None
-    length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
+    length = length_of_gravity(unit.rest_specific_force)
     ratio = length / gravity
     if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
         return None
     seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
+    if ratio < NO_GRAVITY_RATIO and abs(math.log(ratio * STANDARD_GRAVITY)) > math.log(LARGEST_GRAVITY_RATIO):
+        return _Misread(f"{seen}: {WITHOUT_GRAVITY}")
     if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
         return _Misread(f"{seen}: g were taken for m/s^2", "accelerometer-unit", "g")
     if abs(math.log(ratio / STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):

@@ -10,8 +10,9 @@ from tumble.acquisition.imu import ChannelFault, Imu
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.log_formats import FIRMWARE_OF
 from tumble.foundation.recording import Metadata
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
+from tumble.logs.unread_columns import on_missing
 
 MOST_NAMED = 3
 """Turns of which a notice gives the time; the others it counts."""
@@ -22,8 +23,13 @@ def notices(unit: Imu) -> Iterator[str]:
     metadata, acquired = unit.recording.metadata, unit.acquired
     for triad in TRIADS:
         if triad not in unit.triads:
-            yield f"no {triad} readings were recorded: nothing is said of the {triad}"
+            yield (
+                on_missing(triad, metadata.unread)
+                if metadata.unread
+                else f"no {triad} readings were recorded: nothing is said of the {triad}"
+            )
     yield from metadata.remarks
+    yield from metadata.assumptions_but(*_confirmed(unit))
     yield from unit.notices
     yield from correction_notice(metadata)
     for start, end, why in acquired.rejected_rests:
@@ -41,6 +47,14 @@ def notices(unit: Imu) -> Iterator[str]:
         )
     if acquired.not_finite:
         yield f"left out {count_of('sample', acquired.not_finite)} without a number"
+
+
+def _confirmed(unit: Imu) -> tuple[Triad, ...]:
+    """Returns the sensors whose units the turns between rests confirm."""
+    if unit.triads != TRIADS or not unit.recording.metadata.gyroscope_unit.doubt:
+        return ()
+    consistency, *_ = _core.gyroscope_consistency(unit.acquired)
+    return ("gyroscope",) if consistency == "consistent" else ()
 
 
 def correction_notice(metadata: Metadata, what: str = "this calibration holds") -> Iterator[str]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache, wraps
 from itertools import chain, count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.foundation.debugging import debug
@@ -352,6 +353,16 @@ def remove_link(path: Path) -> None:
 def set_attribute(path: Path, value: str) -> None:
     """Sets an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
     path.write_text(value)
+
+
+def copied_aside(parts: Iterable[Path], name: str = "") -> TemporaryDirectory[str]:
+    """Copies files into a new folder, or into one of that name in it; it is removed with what is returned."""
+    aside = TemporaryDirectory(prefix="tumble-")
+    folder = Path(aside.name) / name
+    folder.mkdir(exist_ok=True)
+    for part in parts:
+        shutil.copyfile(part, folder / part.name)
+    return aside
 
 
 def prepare_folder(folder: Path | str) -> Path:

@@ -230,7 +230,7 @@ LOG_FORMATS = (
         "Xsens text of MT Manager, and of DOT",
         "xsens",
         "tumble inspect MT_0120067F-000.txt",
-        pattern=rb"(?m)^PacketCounter[\t,; ]|^Counter\t(?:.*\t)?(?:Free)?Acc_X",
+        pattern=rb"(?m)^(?:PacketCounter|SampleTimeFine)[\t,; ]|^Counter\t(?:.*\t)?(?:Free)?Acc_X",
         axes="as marked on the case, z up when level; local frame ENU, unless the log names another",
         magnetometer="of its own: one at the place of calibration",
     ),
@@ -340,6 +340,11 @@ _AS_CSV = "save its sheet as CSV"
 _AS_TEXT = "export it as text or CSV with the maker's program"
 
 NO_LOGS = (
+    NoLog(
+        "a pointer of Git LFS, which stands for the log",
+        "get the log with git lfs pull",
+        (b"version https://git-lfs.github.com/spec/",),
+    ),
     NoLog("a PNG picture", begins=(b"\x89PNG",)),
     NoLog("a JPEG picture", begins=(b"\xff\xd8\xff",)),
     NoLog("a GIF picture", begins=(b"GIF8",)),

@@ -64,7 +64,9 @@ class Chunk:
 
 
 ASSUMED = "assumed"
-"""Reason of a unit that neither log nor user states."""
+"""Reason of a unit that neither log nor user states, and that readings leave open."""
+AT_REST = "bias and noise at rest"
+"""Reason of a unit of the gyroscope that readings at rest show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +80,18 @@ class ResolvedUnit:
     """SI value of one unit."""
     reason: str
     """`column name`, `option`, `norm at rest`, `message definition`, `ASSUMED` ..."""
+    doubt: str = ""
+    """Sentence on what else it may be, and the option that states it; empty where nothing else fits."""
 
     @property
     def is_assumed(self) -> bool:
         """Returns whether the unit is an assumption that neither log nor user states."""
         return self.reason == ASSUMED
+
+    @property
+    def is_guessed(self) -> bool:
+        """Returns whether neither log nor user states the unit, and later readings may contradict it."""
+        return self.reason in (ASSUMED, AT_REST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +125,10 @@ class Metadata:
     """Those that were recorded; the samples of the other are NaN."""
     missing: tuple[Channel, ...] = ()
     """Channels of these triads that the unit lacks; their samples are NaN."""
+    temperature_fault: str = ""
+    """Reason why its temperatures are not used, for the user; empty where they are, or none were recorded."""
+    unread: tuple[str, ...] = ()
+    """Names of columns that are not read, as neither their names nor the user explain them."""
     alone: bool = True
     """True where no other IMU was logged with this one."""
     pace_sigma: float = 0.0
@@ -138,6 +151,17 @@ class Metadata:
         for name in ("name", "frame", "serial", "axes"):
             object.__setattr__(self, name, plain(getattr(self, name)))
         object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """Sentences on the units that neither log nor user states, and that something else may be."""
+        return self.assumptions_but()
+
+    def assumptions_but(self, *confirmed: Triad) -> tuple[str, ...]:
+        """Returns those, but for the units of sensors whose readings something confirms."""
+        units = {"accelerometer": self.accelerometer_unit, "gyroscope": self.gyroscope_unit}
+        open_units = [unit for triad, unit in units.items() if triad not in confirmed]
+        return tuple(unit.doubt for unit in (*open_units, self.time_unit) if unit.doubt)
 
     @classmethod
     def of_arrays(

@@ -69,8 +69,11 @@ class Conditioner:
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
-        """Returns whether rad/s is an assumption."""
-        return self._conversion is not None and self._conversion.gyroscope_unit.is_assumed
+        """Returns whether rad/s is a guess, which later readings may contradict."""
+        if self._conversion is None:
+            return False
+        unit = self._conversion.gyroscope_unit
+        return unit.is_guessed and unit.name == "rad/s"
 
     @property
     def stamped(self) -> bool:
@@ -83,8 +86,8 @@ class Conditioner:
         if self._conversion is None or self._facts is None:
             return ()
         notices = [*self._facts.notices, *notices_on_axes(self._options)]
-        if self.gyroscope_unit_is_assumed:
-            notices.append("gyroscope is assumed to be in rad/s; no unit is stated")
+        units = (self._conversion.gyroscope_unit, self._conversion.time_unit)
+        notices += [unit.doubt for unit in units if unit.doubt]
         if not self.stamped:
             notices.append(
                 "samples carry no time, so that of their arrival is used: delays on the way count as motion"

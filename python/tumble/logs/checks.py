@@ -115,6 +115,8 @@ class Counts:
     """Samples left out because they carry the time stamp of the one before."""
     clashes: int = 0
     """Those of the duplicates whose values differ from the sample before."""
+    unstamped: int = 0
+    """Samples left out because their driver had not stamped them."""
     without_number: int = 0
     """Samples left out because the time or a channel is no finite number."""
     channels: dict[str, int] = field(default_factory=dict)
@@ -135,6 +137,7 @@ class Counts:
         self.read += other.read
         self.duplicates += other.duplicates
         self.clashes += other.clashes
+        self.unstamped += other.unstamped
         self.without_number += other.without_number
         for name, count in other.channels.items():
             self.channels[name] = self.channels.get(name, 0) + count
@@ -152,6 +155,10 @@ class Counts:
         if self.duplicates:
             notices.append(
                 f"left out {count_of('sample', self.duplicates)} with the time stamp of the one before"
+            )
+        if self.unstamped:
+            notices.append(
+                f"left out {count_of('sample', self.unstamped)} with the stamp 0, which no driver had set"
             )
         if self.without_number:
             channels = ", ".join(f"{name} {count}" for name, count in self.channels.items())
@@ -192,19 +199,21 @@ class ChunkStream(Iterator[Chunk]):
         track: LoggedImu,
         pieces: Iterator[RawSamples],
         rate: float | None,
-        gyroscope_unit_is_assumed: bool,
+        radians_are_guessed: bool,
         keep_faults: bool = False,
         skip_bad_lines: bool = False,
+        counts_from_1970: bool = False,
     ) -> None:
+        self._counts_from_1970 = counts_from_1970
         self.counts = Counts()
         self.expected = track.expected
         self._track = track
         self._rate = rate
-        self._gyroscope_unit_is_assumed = gyroscope_unit_is_assumed
+        self._radians_are_guessed = radians_are_guessed
         self._keep_faults = keep_faults
         self._skip_bad_lines = skip_bad_lines
         self._largest_usual: Mapping[MeasuredValues, float] = _LARGEST_POSSIBLE | (
-            {"gyroscope": IMPOSSIBLE_RAD_PER_S} if gyroscope_unit_is_assumed else {}
+            {"gyroscope": IMPOSSIBLE_RAD_PER_S} if radians_are_guessed else {}
         )
         self._largest: dict[MeasuredValues, float] = {}
         """Largest reading so far; infinite once there was one that is no reading."""
@@ -257,12 +266,22 @@ class ChunkStream(Iterator[Chunk]):
             time = np.arange(first, first + len(piece), dtype=np.float64) / self._rate
         return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature, received=piece.received)
 
+    def _stamped(self, chunk: Chunk) -> Mask:
+        """Leaves out samples stamped 0 by a clock that counts from 1970: a driver had not stamped them."""
+        if not self._counts_from_1970:
+            return np.ones(len(chunk), dtype=np.bool_)
+        stamped: Mask = chunk.time != 0.0
+        self.counts.unstamped += int((~stamped).sum())
+        return stamped
+
     def _drop_unsound(self, chunk: Chunk, first: int) -> tuple[Chunk, Numbers]:
         """Omits samples that are no readings; returns the others, and their numbers in the log.
 
         `first` is the number of the first sample in the log.
         """
         numbers = np.arange(first, first + len(chunk), dtype=np.int64)
+        if not (stamped := self._stamped(chunk)).all():
+            chunk, numbers = select(chunk, stamped), numbers[stamped]
         if len(chunk) == 0 or self._is_sound(chunk):
             return chunk, numbers
         finite = self._finite(chunk)
@@ -332,7 +351,7 @@ class ChunkStream(Iterator[Chunk]):
             what: largest_each(values) > _LARGEST_POSSIBLE[what]
             for what, values in self._quantities(chunk).items()
         }
-        if self._gyroscope_unit_is_assumed:
+        if self._radians_are_guessed:
             impossible["gyroscope"] |= _stand_alone(chunk.gyroscope, IMPOSSIBLE_RAD_PER_S)
         found: Mask = np.logical_or.reduce(list(impossible.values()))
         if found.any():
@@ -374,6 +393,8 @@ class ChunkStream(Iterator[Chunk]):
 
     def _drop_no_samples(self, chunk: Chunk) -> Chunk:
         """Omits rows without time, and rows in which only other IMUs of the table have numbers."""
+        if not (is_set := self._stamped(chunk)).all():
+            chunk = select(chunk, is_set)
         stamped = np.isfinite(chunk.time)
         if unstamped := int((~stamped).sum()):
             self.counts.channels["time"] = self.counts.channels.get("time", 0) + unstamped
@@ -429,7 +450,7 @@ class ChunkStream(Iterator[Chunk]):
 
     def _refuse_degrees(self, chunk: Chunk) -> None:
         """Raises `LogError` where rates of unknown unit are too large for rad/s, but for single samples."""
-        if not self._gyroscope_unit_is_assumed or len(chunk) == 0:
+        if not self._radians_are_guessed or len(chunk) == 0:
             return
         largest = np.nan_to_num(largest_each(chunk.gyroscope))
         fast = (largest > IMPOSSIBLE_RAD_PER_S) & (largest < LARGEST_SI)

@@ -16,6 +16,7 @@ from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_o
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
+from tumble.logs.unread_columns import listed, option_for, triple_in
 
 UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
 """Columns, in lower case, that name the IMU of a row, the surest first."""
@@ -25,6 +26,12 @@ COLUMN_KEYS = ("time", *CHANNELS, *MAGNETIC_CHANNELS, "temperature", "current", 
 _ACCELEROMETER = (
     "linear_acceleration",
     "linearacceleration",
+    "beschleunigung",
+    "aceleración",
+    "aceleracion",
+    "accélération",
+    "accelerazione",
+    "加速度",
     "specific_force",
     "lin_acc",
     "a_rs_s",
@@ -37,6 +44,14 @@ _ACCELEROMETER = (
     "f",
 )
 _GYROSCOPE = (
+    "winkelgeschwindigkeit",
+    "velocidad_angular",
+    "giroscopio",
+    "drehrate",
+    "gyroskop",
+    "角速度",
+    "ジャイロ",
+    "陀螺仪",
     "angular_velocity",
     "angularvelocity",
     "angular_rate",
@@ -48,6 +63,7 @@ _GYROSCOPE = (
     "omega",
     "gyro",
     "gyr",
+    "as",
     "g",
     "w",
 )
@@ -77,6 +93,13 @@ _TIME = (
     "datetime",
     "elapsed",
     "stamp",
+    "zeit",
+    "tiempo",
+    "temps",
+    "tempo",
+    "时间",
+    "時間",
+    "時刻",
     "time",
     "ts",
     "t",
@@ -87,6 +110,9 @@ _TEMPERATURE = (
     "chip_temperature",
     "sensor_temperature",
     "temperature",
+    "temperatur",
+    "temperatura",
+    "温度",
     "imu_temp",
     "die_temp",
     "chip_temp",
@@ -100,7 +126,10 @@ _RANGE = r"\d|ln|wr|lo|hi|low|high|lg|hg"
 """Mark of one of several sensors of one kind: a number, or low noise, wide range, low and high."""
 _STATE = re.compile(r"(?P<stem>.+)_(?P<state>CAL|UNCAL|RAW)")
 """Behind names of Shimmer Consensys."""
-_LEFT_OUT = re.compile(r"(?i)(?:.*[\s_.])?(?:linear |user_?)acceleration.*")
+_LEFT_OUT = re.compile(
+    r"(?i)(?:.*[\s_.])?(?:(?:linear |user_?)acceleration|lineare beschleunigung|aceleraci[oó]n lineal"
+    r"|accélération linéaire|accelerazione lineare|线性加速度|線形加速度).*"
+)
 """Acceleration without gravity, of phones: no specific force, which `linear_acceleration` of ROS is."""
 _PREFIX = r"(?:(?P<imu>.*?)[\s_./:\-]+)??"
 
@@ -425,6 +454,13 @@ def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
     return StatedUnit(column.unit, COLUMN_NAME)
 
 
+def _unit_behind(name: str | None, quantity: Quantity) -> StatedUnit | None:
+    """Returns the unit in brackets behind the name of a column that a user states to be of a quantity."""
+    bracketed = _BRACKETS.match(name) if name else None
+    unit = find_unit(bracketed["unit"], quantity) if bracketed else None
+    return StatedUnit(unit, COLUMN_NAME) if unit else None
+
+
 def _time_stated_in(name: str | None) -> StatedUnit | None:
     match = re.fullmatch(_MAGNETIC_TIME, name) if name else None
     unit = find_unit(match["unit"] or "", "time") if match else None
@@ -670,7 +706,8 @@ def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuCo
     temperature = pick("temperature", "temperature", shared=True)
 
     def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
-        return _stated_in(index.columns.get(name) if name else None, quantity)
+        known = _stated_in(index.columns.get(name) if name else None, quantity)
+        return known or (_unit_behind(name, quantity) if name in stated.values() else None)
 
     return ImuColumns(
         _whole(acceleration),
@@ -708,15 +745,12 @@ def _incomplete(
     begun = [key for key in CHANNELS if any(other[0] == key[0] for other in best)]
     missing = [key for key in begun or CHANNELS if key not in best]
     spare = [name for name, column in recognised.items() if column is None and name not in stated.values()]
-    remedy = (
-        "name them with --columns, as --columns ax=NAME"
-        if len(spare) >= len(missing)
-        else ("a triad needs x, y and z: record all three")
-    )
+    three = triple_in(spare) if not begun else None
+    if three is not None:
+        as_force, as_rate = (option_for(triad, three) for triad in TRIADS)
+        remedy = f"say what {listed(three)} are: {as_force}, or {as_rate}"
+    elif len(spare) >= len(missing):
+        remedy = "name them with --columns, as --columns ax=NAME"
+    else:
+        remedy = "a triad needs x, y and z: record all three"
     return f"{path}: no column for {', '.join(missing)}; columns found: {listed(names)}; {remedy}"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Returns names for a message, the first of them where there are many."""
-    shown = ", ".join(names[:24])
-    return f"{shown}, and {len(names) - 24} more" if len(names) > 24 else shown

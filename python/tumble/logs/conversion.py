@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -13,13 +14,13 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray, ResolvedUnit
 from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import count_of
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.triads import change_axes, gathered, largest_each, whole
+from tumble.logs.unit_evidence import IMU_RATE, MAGNETOMETER_RATE, StillReadings, Usual, rest_in
 from tumble.logs.units import (
-    IMU_STEPS,
     LARGEST_READING,
-    MAGNETOMETER_STEPS,
     TEMPERATURE_ZERO,
     UNITS,
     Quantity,
@@ -30,10 +31,14 @@ from tumble.logs.units import (
     guess_range,
     guess_time_unit,
     peak,
+    possible_temperature,
+    rate_unit_at_rest,
     rest_norm,
     smallest_norm,
+    usual_step,
 )
 
+AS_NUMBERS = ResolvedUnit("counts", 1.0, "option: readings as they stand")
 NOT_RECORDED = ResolvedUnit("none", 1.0, "not recorded")
 _AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -109,12 +114,15 @@ class Conversion:
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit
+    temperature_fault: str = ""
+    """Reason why temperatures are left out; empty where they are read."""
+    temperature_remark: str = ""
     _changes_nothing: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        scales = self.time_scale, self.temperature_scale, self.temperature_zero
+        scales = self.time_scale, self.temperature_scale, self.temperature_zero, self.temperature_fault
         triads_stay = self.accelerometer.changes_nothing and self.gyroscope.changes_nothing
-        object.__setattr__(self, "_changes_nothing", triads_stay and scales == (1.0, 1.0, 0.0))
+        object.__setattr__(self, "_changes_nothing", triads_stay and scales == (1.0, 1.0, 0.0, ""))
 
     def __call__(self, samples: RawSamples) -> RawSamples:
         """Converts samples that nobody else holds: arrays are changed in place."""
@@ -128,7 +136,7 @@ class Conversion:
         if time is not None and self.time_scale != 1.0:
             # Division by 1e9 rounds once where multiplication by 1e-9 would round twice.
             time = time / round(1.0 / self.time_scale)
-        temperature = samples.temperature
+        temperature = None if self.temperature_fault else samples.temperature
         if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
             temperature = (temperature - self.temperature_zero) * self.temperature_scale
         return RawSamples(
@@ -142,13 +150,21 @@ class Conversion:
 
 
 def conversion_for(
-    track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad] = TRIADS
+    track: Stating,
+    options: ReadOptions,
+    head: RawSamples,
+    triads: Collection[Triad] = TRIADS,
+    samples: int | None = None,
+    *,
+    alone: bool = True,
 ) -> Conversion:
     """Decides the units of a track: what options state, else what the log states, else what its head shows.
 
-    `triads` are those that are recorded.
+    `triads` are those that are recorded, `samples` is their number, where it is known. A log that is not
+    `alone` is one of several poses, over which whoever opens them judges the counts given.
 
-    Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
+    Raises `LogError` where options make no sense, no unit fits the values, two fit alike, or a stated unit
+    contradicts them.
     """
     rotation = case_from_log(options.axes)
     if options.accelerometer_sign not in (1, -1):
@@ -162,12 +178,18 @@ def conversion_for(
     gyroscope_zero = _per_axis(options.gyroscope_zero, "--gyroscope-zero")
     accelerometer_unit, accelerometer_scale = gyroscope_unit, gyroscope_scale = NOT_RECORDED, np.ones(3)
     if "accelerometer" in triads:
-        accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
+        accelerometer_unit, accelerometer_scale = _accelerometer(
+            track, options, head, accelerometer_zero, alone=alone
+        )
+    time_unit = _time(track, options, head, triads, samples)
     if "gyroscope" in triads:
-        gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero)
-    temperature = stated_unit("temperature", track.temperature_unit, options.temperature_unit)
-    temperature_name = temperature.name if temperature else "degC"
-    time_unit = _time(track, options, head, triads)
+        rest = None
+        if "accelerometer" in triads and options.channel is None and not options.as_numbers:
+            interval = _interval(head, time_unit, options.rate or track.rate)
+            force = (head.accelerometer - accelerometer_zero) * accelerometer_scale
+            rest = rest_in(force, head.gyroscope - gyroscope_zero, interval)
+        gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero, rest)
+    temperature_name, temperature_fault, temperature_remark = _temperature(track, options, head)
     return Conversion(
         _triad(rotation, accelerometer_zero, options.accelerometer_sign * accelerometer_scale),
         _triad(rotation, gyroscope_zero, gyroscope_scale),
@@ -177,6 +199,8 @@ def conversion_for(
         accelerometer_unit,
         gyroscope_unit,
         time_unit,
+        temperature_fault,
+        temperature_remark,
     )
 
 
@@ -279,15 +303,18 @@ def _with_counts(
 
 
 def _accelerometer(
-    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
+    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, *, alone: bool
 ) -> tuple[ResolvedUnit, FloatArray]:
     stated = stated_unit("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     if options.channel is not None:
         return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
+    if options.as_numbers:
+        return AS_NUMBERS, np.ones(3)
     readings = head.accelerometer - zero if zero.any() else head.accelerometer
     if options.accelerometer_scale is not None:
         unit, scale = _with_counts("accelerometer", stated, options.accelerometer_scale)
-        _check_counts(track, rest_norm(readings * scale))
+        if alone:
+            check_counts(track.source, rest_norm(readings * scale))
         return unit, scale
     norm = rest_norm(readings)
     likely = guess_accelerometer_unit(norm)
@@ -317,11 +344,11 @@ def _of_one_axis(
     return _unit(triad, stated)
 
 
-def _check_counts(track: Stating, norm: float) -> None:
+def check_counts(source: str, norm: float) -> None:
     """Half or twice gravity is no scale error that a sensor has, but one that a user makes."""
     if not 0.5 < norm / STANDARD_GRAVITY < 2.0:
         raise LogError(
-            f"{track.source}: accelerometer reads {norm:.4g} m/s^2 at rest with the scale "
+            f"{source}: accelerometer reads {norm:.4g} m/s^2 at rest with the scale "
             "given, not about 9.8; check --accelerometer-scale (counts per unit), --accelerometer-unit "
             "and --accelerometer-zero"
         )
@@ -344,38 +371,113 @@ def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str
     )
 
 
+def _temperature(track: Stating, options: ReadOptions, head: RawSamples) -> tuple[str, str, str]:
+    """Returns the unit of temperatures, why they are left out, and a remark; both are empty as a rule."""
+    stated = stated_unit("temperature", track.temperature_unit, options.temperature_unit)
+    values = head.temperature
+    name = stated.name if stated else "degC"
+    if values is None or options.temperature_unit is not None or possible_temperature(values, name):
+        return name, "", ""
+    seen = f"temperature reads {np.nanmin(values):.6g} to {np.nanmax(values):.6g}"
+    if stated is None and possible_temperature(values, "K"):
+        return "K", "", f"{seen}, which is none of an IMU in degC: it is read in K"
+    said = f"{stated.name}, which the log states" if stated else "degC or K"
+    return (
+        name,
+        (
+            f"{seen} in its first {count_of('sample', len(head))}, which is none of an IMU in {said}: it "
+            "is not used; state its unit with --temperature-unit, or convert counts of a register to degC"
+        ),
+        "",
+    )
+
+
+def _interval(head: RawSamples, unit: ResolvedUnit, rate: float | None) -> float:
+    """Returns the usual time between samples, s; NaN where nothing shows it."""
+    if head.time is not None:
+        return usual_step(head.time) * unit.scale
+    return 1.0 / rate if rate else math.nan
+
+
 def _gyroscope(
-    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
+    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, rest: StillReadings | None
 ) -> tuple[ResolvedUnit, FloatArray]:
     stated = stated_unit("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
     if options.channel is not None:
         return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
+    if options.as_numbers:
+        return AS_NUMBERS, np.ones(3)
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
     readings = head.gyroscope - zero if zero.any() else head.gyroscope
     fastest = peak(readings)
     if stated is None:
         smallest = smallest_norm(readings)
-        likely, reason = guess_gyroscope_unit(smallest, fastest)
+        likely, reason = guess_gyroscope_unit(smallest, fastest, rest)
         if likely is None:
             raise LogError(
                 f"{track.source}: gyroscope reads {smallest:.6g} to {fastest:.6g}, "
                 "which is neither rad/s nor deg/s; for raw counts give --gyroscope-scale (counts per unit) "
                 "and --gyroscope-unit, else the unit"
             )
-        stated = StatedUnit(likely, reason)
+        unit, scale = _unit("gyroscope", StatedUnit(likely, reason))
+        return replace(unit, doubt=_ASSUMED_RATE if unit.is_assumed else ""), scale
+    if rest is not None and (likely := rate_unit_at_rest(rest)) is not None and stated.name in _CONFUSED:
+        _refuse_contradicted_rate(track, stated, likely, rest)
     return _unit("gyroscope", stated)
 
 
-def _time(track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad]) -> ResolvedUnit:
+_CONFUSED = ("rad/s", "deg/s")
+_ASSUMED_RATE = (
+    "the gyroscope is assumed to be in rad/s: neither the log nor its readings show a unit; state it with "
+    "--gyroscope-unit"
+)
+
+
+def _refuse_contradicted_rate(track: Stating, stated: StatedUnit, likely: str, rest: StillReadings) -> None:
+    """Raises `LogError` where the log states one unit and its readings at rest show another.
+
+    A unit that the user states is taken all the same.
+    """
+    if stated.name == likely or stated.reason.startswith("option"):
+        return
+    raise LogError(
+        f"{track.source}: gyroscope is stated in {stated.name} ({stated.reason}) but reads {rest.rate:.4g} "
+        f"across gravity while it stands still, with a noise of {rest.noise:.2g} per sqrt(Hz), as it would "
+        f"in {likely}; read it with --gyroscope-unit {likely}"
+    )
+
+
+def _time(
+    track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad], samples: int | None
+) -> ResolvedUnit:
     stated = stated_unit("time", track.time_unit, options.time_unit)
     rate = options.rate or track.rate
     if options.rate is not None or head.time is None:
         return ResolvedUnit("s", 1.0, f"sample number over {rate:g} Hz" if rate else "sample number")
     if stated is None:
-        # A magnetometer alone is slower than an IMU.
-        stated = StatedUnit(*guess_time_unit(head.time, IMU_STEPS if triads else MAGNETOMETER_STEPS))
+        return _guessed_time(track, head.time, IMU_RATE if triads else MAGNETOMETER_RATE, samples)
     return ResolvedUnit(stated.name, UNITS["time"][stated.name], stated.reason)
+
+
+def _guessed_time(track: Stating, time: FloatArray, rates: Usual, samples: int | None) -> ResolvedUnit:
+    """Returns the unit that is likeliest; raises `LogError` where another one is as likely."""
+    guess, step = guess_time_unit(time, rates, samples), usual_step(time)
+    units = UNITS["time"]
+    rate = f"{1.0 / (step * units[guess.name]):.4g} Hz in {guess.name}"
+    others = " and ".join(f"{1.0 / (step * units[other]):.4g} Hz in {other}" for other in guess.others)
+    if guess.is_open:
+        raise LogError(
+            f"{track.source}: time has no unit and advances by {step:.6g} a sample, which is {rate} or "
+            f"{others}; state its unit with --time-unit"
+        )
+    doubt = (
+        f"time is assumed to be in {guess.name}: {rate}, where it would be {others}; state it with "
+        "--time-unit"
+        if guess.others
+        else ""
+    )
+    return ResolvedUnit(guess.name, units[guess.name], guess.reason, doubt)
 
 
 def without_time(samples: RawSamples) -> RawSamples:

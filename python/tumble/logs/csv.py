@@ -26,7 +26,15 @@ from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
-from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, stack
+from tumble.logs.track import (
+    CHUNK_SAMPLES,
+    DATE_AND_TIME,
+    LoggedImu,
+    RawSamples,
+    StatedUnit,
+    stack,
+    with_written_units,
+)
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
@@ -91,7 +99,7 @@ def imu_of_table(
     def columns_of(names: Sequence[str]) -> Mapping[str, FloatArray]:
         return TextTable(path, layout, names, skip_bad_lines=options.skip_bad_lines).whole()
 
-    return LoggedImu(
+    table_imu = LoggedImu(
         path=path,
         imu="",
         format="csv",
@@ -112,6 +120,7 @@ def imu_of_table(
         already_corrected=True if "corrected" in layout.preamble else None,
         notices=layout.notices + notices,
     )
+    return with_written_units(table_imu, layout.preamble.get("units"))
 
 
 def expected_rows(path: Path, layout: TextLayout) -> int | None:

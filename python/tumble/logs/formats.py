@@ -142,10 +142,14 @@ def _find(path: Path) -> LogFormat | None:
         head = file.read(HEAD_BYTES)
     if packing is not None:
         _refuse_packed(path, head, packing)
-    found = _recognised(path, head)
-    if found is not None:
-        return found
-    if no_log := _no_log(path, head):
+    # First bytes decide before patterns do, which stand anywhere in the head.
+    no_log = next((each for each in NO_LOGS if each.begins and head.startswith(each.begins)), None)
+    if no_log is None or head.startswith(b"PK"):
+        found = _recognised(path, head)
+        if found is not None:
+            return found
+        no_log = _no_log(path, head)
+    if no_log is not None:
         raise LogError(f"{path}: not a log but {no_log.what}; {no_log.remedy}")
     if any(each.binary and path.suffix in each.endings for each in LOG_FORMATS):
         raise LogError(f"{path}: does not start like a {path.suffix} file; copy it again, or rename it")

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import IO
+from typing import IO, cast
 
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, DataEnd, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
+from tumble.foundation.words import count_of
 from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
 from tumble.logs.damage import damage_said
-from tumble.logs.mcap_integrity import check_summary, chunk_remarks
+from tumble.logs.mcap_integrity import UpTo, check_summary, chunk_remarks, end_of_whole_records
 from tumble.logs.message_form import Definition
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
@@ -52,9 +55,12 @@ class McapFile:
             check = check_summary(file)
             file.seek(0)
             reader = make_reader(file)
-            summary = None if check.is_damaged else reader.get_summary()
+            broken_off = tuple(_where_it_breaks_off(file))
+            summary = None if check.is_damaged or broken_off else reader.get_summary()
             if summary is None or not summary.channels:
                 summary, metadata = _summary_by_scan(file)
+                if broken_off and not summary.channels:
+                    raise EndOfFile("it breaks off before its first message")
             else:
                 metadata = list(reader.iter_metadata())
             self._summary = summary
@@ -64,7 +70,11 @@ class McapFile:
                 if record.name == FACTS
                 for key, value in record.metadata.items()
             }
-            self.remarks = (*filter(None, [check.remark]), *chunk_remarks(file, summary))
+            self.remarks = (
+                *filter(None, [check.remark]),
+                *broken_off,
+                *chunk_remarks(file, summary),
+            )
 
     def all_topics(self) -> dict[str, str]:
         """Type of every topic, by name."""
@@ -140,12 +150,28 @@ def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]
 
 
 def _records(file: IO[bytes]) -> Iterator[McapRecord]:
-    """Passes over the data; the summary after it, which may be damaged, only repeats them."""
+    """Passes over the data; the summary after it, which may be damaged, only repeats them.
+
+    A file that breaks off is read as far as its records are whole.
+    """
+    end = end_of_whole_records(file)
     file.seek(0)
-    for record in StreamReader(file, validate_crcs=True).records:
-        yield record
-        if isinstance(record, DataEnd):
-            return
+    readable = file if end is None else cast("IO[bytes]", UpTo(file, end))
+    try:
+        for record in StreamReader(readable, validate_crcs=True).records:
+            yield record
+            if isinstance(record, DataEnd):
+                return
+    except EndOfFile:
+        if end is None:
+            raise
+
+
+def _where_it_breaks_off(file: IO[bytes]) -> Iterator[str]:
+    end = end_of_whole_records(file)
+    if end is not None:
+        lost = file.seek(0, os.SEEK_END) - end
+        yield f"the file breaks off: its last {count_of('byte', lost)} are no whole record, and left out"
 
 
 def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[BagMessage]:

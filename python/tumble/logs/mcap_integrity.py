@@ -16,7 +16,8 @@ _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_HEAD = struct.Struct("<BQQQQI")
 _INDEX_HEAD = struct.Struct("<BQHI")
-_OP_FOOTER, _OP_MESSAGE_INDEX = 2, 7
+_OP_FOOTER, _OP_MESSAGE_INDEX, _OP_DATA_END, _LAST_OP = 2, 7, 15, 15
+_RECORD = struct.Struct("<BQ")
 _ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
 _RECORD_HEAD = 9
 """Bytes of the operation and the length before each record."""
@@ -52,6 +53,39 @@ def check_summary(file: IO[bytes]) -> SummaryCheck:
     if zlib.crc32(file.read(end - start)) != checksum:
         return SummaryCheck(True, "the index is damaged, its checksum differs: read without it")
     return SummaryCheck(False, "")
+
+
+def end_of_whole_records(file: IO[bytes]) -> int | None:
+    """Returns where the last whole record of a file that breaks off ends; None where its data have an end.
+
+    A file that lost power holds whole records, then a part of one, or what the disk held before.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(max(0, size - len(_MAGIC)))
+    if file.read() == _MAGIC:
+        return None
+    position = len(_MAGIC)
+    while position + _RECORD_HEAD <= size:
+        file.seek(position)
+        opcode, length = _RECORD.unpack(file.read(_RECORD_HEAD))
+        if opcode == _OP_DATA_END:
+            return None
+        if not 0 < opcode <= _LAST_OP or length > size - position - _RECORD_HEAD:
+            break
+        position += _RECORD_HEAD + length
+    return min(position, size)
+
+
+class UpTo:
+    """A file that ends where its whole records do."""
+
+    def __init__(self, file: IO[bytes], end: int) -> None:
+        self._file, self._end = file, end
+
+    def read(self, size: int = -1) -> bytes:
+        """Returns up to that many bytes, none behind the end."""
+        left = max(0, self._end - self._file.tell())
+        return self._file.read(left if size < 0 else min(size, left))
 
 
 def chunk_remarks(file: IO[bytes], summary: Summary) -> Iterator[str]:

@@ -17,7 +17,9 @@ from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
 from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
 from tumble.logs.track import DATE_AND_TIME, DEFINED, RawMagnetic, RawSamples, StatedUnit, stack
 
-_HEADER = "header"
+_HEADER, _STAMP = "header", "stamp"
+_MAGNETIC_FIELD = "magnetic_field"
+"""Vector of a sensor_msgs/MagneticField."""
 _COVARIANCES = {
     "accelerometer": "linear_acceleration_covariance.0",
     "gyroscope": "angular_velocity_covariance.0",
@@ -93,6 +95,12 @@ class FieldImu:
     what: str
     embedded: str = ""
     """Name of the field that is a sensor_msgs/Imu; empty where it is known by the names of its fields."""
+    outer_time: str | None = None
+    """Stamp of the message that an embedded one stands in; some drivers set that alone."""
+
+    def by_outer_time(self) -> FieldImu:
+        """Returns the same with the stamp of the message around it."""
+        return replace(self, columns=replace(self.columns, time=self.outer_time))
 
     def decode(self, messages: Sequence[bytes]) -> RawSamples:
         """Reads the fields."""
@@ -139,12 +147,30 @@ class FieldImu:
 def embedded_imus(form: MessageForm, fields: Sequence[str], what: str) -> dict[str, ImuDecoder]:
     """Returns the IMUs of those fields that are a sensor_msgs/Imu, by the names of the fields."""
     found: dict[str, ImuDecoder] = {}
+    around = _field_imus(form, form.names, what)
+    stamps = with_stamps(form.names)
+    outer_time = next((name for name in stamps.names if _without_header(name) == _STAMP), None)
     for field in fields:
         inside = [name for name in form.names if name.startswith(f"{field}.")]
         for prefix, imu in _field_imus(form, inside, what).items():
             if prefix == field:
-                found[field] = replace(imu, units=ROS_UNITS, embedded=field)
+                beside = _in_tesla(around[field].columns.magnetometer if field in around else None)
+                found[field] = replace(
+                    imu,
+                    columns=replace(imu.columns, magnetometer=imu.columns.magnetometer or beside),
+                    stamps=stamps.parts,
+                    units=ROS_UNITS,
+                    embedded=field,
+                    outer_time=outer_time,
+                )
     return found
+
+
+def _in_tesla(columns: MagneticColumns | None) -> MagneticColumns | None:
+    """Returns a magnetometer with the unit of sensor_msgs/MagneticField, where its fields are of one."""
+    if columns is None or not all(name.rpartition(".")[0].endswith(_MAGNETIC_FIELD) for name in columns.axes):
+        return columns
+    return replace(columns, unit=StatedUnit("T", DEFINED))
 
 
 def imus_by_names(form: MessageForm, what: str) -> Mapping[str, ImuDecoder]:

@@ -15,12 +15,13 @@ from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import join
-from tumble.logs.columns import ImuColumns, MagneticColumns, listed
+from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.track import COLUMN_NAME, LoggedImu, LoggedMagnetometer, StatedUnit, choose
+from tumble.logs.unread_columns import listed
 
 _FILE = re.compile(
     r"(?P<start>.*_)(?P<sensor>Accelerometer|Gyroscope|Magnetometer)(?P<end>_[\d.]+Hz_.*\.csv.*)"

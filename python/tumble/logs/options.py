@@ -34,7 +34,7 @@ class ReadOptions:
     accelerometer_unit: str | None = None
     """Unit of the accelerometer: `m/s^2`, `g`, `mg`."""
     gyroscope_unit: str | None = None
-    """Unit of the gyroscope: `rad/s`, `deg/s`, `mrad/s`, `mdeg/s`."""
+    """Unit of the gyroscope: `rad/s`, `deg/s`, `mrad/s`, `mdeg/s`, `rpm`."""
     time_unit: str | None = None
     """Unit of time: `s`, `ms`, `us`, `ns`."""
     temperature_unit: str | None = None
@@ -53,6 +53,8 @@ class ReadOptions:
     """Counts per unit of the magnetometer: 1090 with `G`; uT where no unit is stated."""
     gyroscope_zero: AxisValues = 0.0
     """Reading of the gyroscope at zero, in the counts or unit of the log."""
+    as_numbers: bool = False
+    """Take readings as they stand: counts of a scale that nobody knows."""
     accelerometer_sign: int = 1
     """-1 for a sensor that reads -g where it should read +g."""
     axes: str = "x,y,z"

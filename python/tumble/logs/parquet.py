@@ -15,12 +15,12 @@ from tumble.foundation.errors import LogError
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, with_written_units
 
 if TYPE_CHECKING:
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-FACTS = (b"tumble.serial", b"tumble.corrected")
+FACTS = (b"tumble.serial", b"tumble.corrected", b"tumble.units")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
 
 
@@ -41,7 +41,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     stated = schema.metadata or {}
     facts = {key.decode(): stated[key].decode("utf-8", "backslashreplace") for key in FACTS if key in stated}
     return replace(
-        found,
+        with_written_units(found, facts.get("tumble.units")),
         serial=facts.get("tumble.serial", ""),
         expected=rows,
         already_corrected=True if "tumble.corrected" in facts else None,

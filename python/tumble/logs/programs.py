@@ -10,13 +10,14 @@ from pathlib import Path
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.numbers import number_of
-from tumble.logs.columns import ImuColumns, MagneticColumns, listed
+from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.text_file import open_text
 from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose
 from tumble.logs.units import Quantity, find_unit
+from tumble.logs.unread_columns import listed
 
 _HEADERS_BYTES = 1 << 16
 _NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")

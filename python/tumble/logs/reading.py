@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from tumble.foundation.body_axes import in_words, turned
 from tumble.foundation.debugging import debug
@@ -15,10 +17,11 @@ from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
-from tumble.logs.columns import listed
+from tumble.logs.columns import recognise
 from tumble.logs.conversion import (
     Conversion,
     case_from_log,
+    check_counts,
     conversion_for,
     is_mirrored,
     notices_on_axes,
@@ -27,9 +30,12 @@ from tumble.logs.conversion import (
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.magnetometer import magnetic_track, without_imu
 from tumble.logs.options import ReadOptions
+from tumble.logs.silent_triads import without_silent_triads
 from tumble.logs.spec import parse_spec
+from tumble.logs.text import AFTER_LAST
 from tumble.logs.track import LoggedImu, RawSamples, one_name
-from tumble.logs.units import odd_step, usual_step
+from tumble.logs.units import counts_from_1970, length_of_gravity, odd_step, usual_step
+from tumble.logs.unread_columns import listed
 
 
 def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
@@ -80,19 +86,28 @@ def open_recording(
 
 def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recording:
     """Opens a folder of poses; what one pose shows of the gyroscope's unit holds for all."""
-    recording = open_folder(folder, lambda path: _open_file(path, imu, options))
+    recording = open_folder(folder, lambda path: _open_file(path, imu, options, alone=False))
+    if options.accelerometer_scale is not None and "accelerometer" in recording.metadata.triads:
+        check_counts(str(folder), _gravity_of(recording.parts))
     units = {part.metadata.gyroscope_unit.name for part in recording.parts}
     if len(units) > 1:
         stated = replace(options, gyroscope_unit="deg/s")
-        recording = open_folder(folder, lambda path: _open_file(path, imu, stated))
+        recording = open_folder(folder, lambda path: _open_file(path, imu, stated, alone=False))
     return recording
 
 
-def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False) -> Recording:
-    return _recording(formats.open_logged_imu(path, imu, options), options, keep_faults)
+def _gravity_of(poses: Sequence[Recording]) -> float:
+    """Returns the length of gravity that poses show together, m/s^2."""
+    return length_of_gravity(np.array([next(pose.chunks()).accelerometer.mean(axis=0) for pose in poses]))
 
 
-def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Recording:
+def _open_file(
+    path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False, *, alone: bool = True
+) -> Recording:
+    return _recording(formats.open_logged_imu(path, imu, options), options, keep_faults, alone=alone)
+
+
+def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool, *, alone: bool = True) -> Recording:
     if options.undo_correction and not track.undone and track.already_corrected is not False:
         raise LogError(
             f"{track.source}: --undo-correction: it does not state how it was corrected; logs of PX4 and "
@@ -101,6 +116,7 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Rec
     if not track.triads:
         track = without_imu(track)
     head = track.head()
+    track = without_silent_triads(track, head)
     if options.rate is not None:
         if not options.rate > 0.0:
             raise LogError(f"--rate {options.rate:g}: needs to be above zero")
@@ -108,12 +124,13 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Rec
     rate = options.rate if options.rate is not None else track.rate
     if head.time is None and rate is None and track.triads:
         raise LogError(_no_time(track))
-    conversion = conversion_for(track, options, head, track.triads)
+    conversion = conversion_for(track, options, head, track.triads, track.expected, alone=alone)
+    dated = head.time is not None and counts_from_1970(head.time * conversion.time_scale)
     odd = () if head.time is None else _odd_step(head.time, conversion.time_unit)
     _say_how_it_is_read(track, conversion, rate)
     return Recording(
         _metadata(track, conversion, options, rate, odd),
-        lambda: _stream(track, conversion, options, rate, keep_faults) if track.triads else iter(()),
+        lambda: _stream(track, conversion, options, rate, keep_faults, dated) if track.triads else iter(()),
         read_magnetic=_reader_of_magnetometer(track, options, rate, conversion.time_scale),
     )
 
@@ -136,14 +153,19 @@ def _say_how_it_is_read(track: LoggedImu, conversion: Conversion, rate: float | 
 
 
 def _stream(
-    track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, keep_faults: bool
+    track: LoggedImu,
+    conversion: Conversion,
+    options: ReadOptions,
+    rate: float | None,
+    keep_faults: bool,
+    dated: bool,
 ) -> ChunkStream:
     def transform(samples: RawSamples) -> RawSamples:
         return conversion(samples if options.rate is None else without_time(samples))
 
-    assumed = conversion.gyroscope_unit.is_assumed
+    guessed = conversion.gyroscope_unit.is_guessed and conversion.gyroscope_unit.name == "rad/s"
     pieces = track.read(transform)
-    return ChunkStream(track, pieces, rate, assumed, keep_faults, options.skip_bad_lines)
+    return ChunkStream(track, pieces, rate, guessed, keep_faults, options.skip_bad_lines, dated)
 
 
 def _no_time(track: LoggedImu) -> str:
@@ -166,6 +188,21 @@ def _odd_step(time: FloatArray, unit: ResolvedUnit) -> tuple[str, ...]:
     )
 
 
+def _unread(track: LoggedImu, options: ReadOptions) -> tuple[str, ...]:
+    """Returns the columns of a table that neither their names nor the user explain."""
+    stated = set(options.columns.values())
+    places = enumerate(track.columns, start=1)
+    return tuple(
+        name
+        for number, name in places
+        if name and recognise(name) is None and not stated & {name, str(number)} and name != AFTER_LAST
+    )
+
+
+def _on_temperature(conversion: Conversion) -> Iterator[str]:
+    yield from filter(None, (conversion.temperature_fault, conversion.temperature_remark))
+
+
 def _metadata(
     track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, odd: tuple[str, ...]
 ) -> Metadata:
@@ -186,9 +223,11 @@ def _metadata(
         already_corrected=track.already_corrected,
         serial=options.serial or track.serial,
         triads=track.triads,
+        temperature_fault=conversion.temperature_fault,
+        unread=_unread(track, options),
         alone=track.alone,
         pace_sigma=track.pace_sigma if options.rate is None else 0.0,
-        remarks=(*track.notices, *notices_on_axes(options), *odd),
+        remarks=(*track.notices, *notices_on_axes(options), *_on_temperature(conversion), *odd),
     )
 
 

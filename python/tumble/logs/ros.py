@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import join, quoted
 from tumble.logs.bags import Bag, BagMessage, Topic
 from tumble.logs.columns import READ_MAGNETOMETER
 from tumble.logs.magnetic_messages import batched, magnetometer_beside, magnetometers_of
@@ -29,6 +31,8 @@ from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, choose
 
 _HEAD_SAMPLES = 1 << 14
+_FRAMES_COMPARED = 200
+"""Messages whose frame is read: drivers that share a topic take turns."""
 _IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")
 
 
@@ -61,10 +65,16 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
     first = next(bag.messages([found.topic]), None)
     if first is None:
         raise LogError(f"{path}: topic {found.topic} holds no messages")
+    _refuse_several_frames(bag, found)
     temperature = _temperature_topic(bag, found.topic)
     gatherer = _Gatherer(bag, found, temperature, use_stamps=True)
     head = next(gatherer.samples(_HEAD_SAMPLES))
-    stamped = head.time is not None and bool(np.any(head.time))
+    stamped = _is_stamped(head)
+    if not stamped and isinstance(found.decoder, FieldImu) and found.decoder.outer_time:
+        found = replace(found, decoder=found.decoder.by_outer_time())
+        gatherer = _Gatherer(bag, found, temperature, use_stamps=True)
+        head = next(gatherer.samples(_HEAD_SAMPLES))
+        stamped = _is_stamped(head)
     if not stamped:
         gatherer = _Gatherer(bag, found, temperature, use_stamps=False)
         head = next(gatherer.samples(_HEAD_SAMPLES))
@@ -89,6 +99,23 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         alone=len(imus) == 1,
         notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
+
+
+def _is_stamped(head: RawSamples) -> bool:
+    return head.time is not None and bool(np.any(head.time))
+
+
+def _refuse_several_frames(bag: Bag, imu: _Imu) -> None:
+    """Raises `LogError` where two drivers publish to one topic, each with a frame of its own."""
+    if isinstance(imu.decoder, FieldImu) and not imu.decoder.embedded:
+        return
+    frames = {imu.decoder.frame(each.data) for each in islice(bag.messages([imu.topic]), _FRAMES_COMPARED)}
+    if len(frames) > 1:
+        raise LogError(
+            f"{bag.path}: {len(frames)} IMUs publish to {imu.name}, with the frame_id "
+            f"{join([quoted(frame) for frame in sorted(frames)])}; record each on a topic of its own, or "
+            "split the topic by frame_id"
+        )
 
 
 def _may_hold_imus(bag: Bag) -> bool:

@@ -24,7 +24,7 @@ class RosBag(ABC):
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with damage_said(path, remedy(path)), self._reader(path) as reader:
+        with damage_said(path, remedy(path)), self._reader() as reader:
             self._types = {_text(each.topic): _text(each.msgtype) for each in reader.connections}
             self._definitions = {
                 connection.topic: Definition(
@@ -35,9 +35,8 @@ class RosBag(ABC):
                 for connection in reader.connections
             }
 
-    @staticmethod
     @abstractmethod
-    def _reader(path: Path) -> Any:  # noqa: ANN401 - readers of both versions share no type
+    def _reader(self) -> Any:  # noqa: ANN401 - readers of both versions share no type
         """Reader of the library for this kind of bag."""
 
     def all_topics(self) -> dict[str, str]:

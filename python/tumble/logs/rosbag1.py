@@ -59,13 +59,12 @@ class RosBag1(RosBag):
     encoding = ROS1
     encoding_name = "ros1"
 
-    @staticmethod
-    def _reader(path: Path) -> _ReaderWithoutIndex:
-        return _ReaderWithoutIndex(path)
+    def _reader(self) -> _ReaderWithoutIndex:
+        return _ReaderWithoutIndex(self.path)
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
-        with damage_said(self.path, remedy(self.path)), self._reader(self.path) as reader:
+        with damage_said(self.path, remedy(self.path)), self._reader() as reader:
             assert reader.bio is not None
             wanted = {
                 connection.id: connection.topic

@@ -13,6 +13,7 @@ from tumble.foundation.documents import LARGEST_DOCUMENT
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_reading import read_text_whole
 from tumble.foundation.file_status import is_folder
+from tumble.logs.bag_journal import JoinedBag
 from tumble.logs.bags import BagMessage, remedy
 from tumble.logs.bounded_bags import BoundedZstd, bound_queries, unpacked_lz4, unpacked_zstd
 from tumble.logs.damage import damage_said
@@ -46,8 +47,14 @@ class RosBag2(RosBag):
     encoding = CDR
     encoding_name = "cdr"
 
-    @staticmethod
-    def _reader(path: Path) -> Reader:
+    def __init__(self, path: Path) -> None:
+        with damage_said(path, remedy(path)):
+            self._joined = JoinedBag(path)
+        self.remarks = self._joined.remarks
+        super().__init__(path)
+
+    def _reader(self) -> Reader:
+        path = self._joined.path
         if is_folder(path):
             # Bounds of nesting and size; the library has none.
             parse(
@@ -57,7 +64,7 @@ class RosBag2(RosBag):
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
-        with damage_said(self.path, remedy(self.path)), self._reader(self.path) as reader:
+        with damage_said(self.path, remedy(self.path)), self._reader() as reader:
             wanted = [connection for connection in reader.connections if connection.topic in names]
             for connection, log_time, data in reader.messages(connections=wanted):
                 if not isinstance(data, bytes):

@@ -313,7 +313,8 @@ def _unnamed(
     options: ReadOptions,
     preamble: dict[str, str],
 ) -> TextLayout:
-    rows = [_decode(line).strip() for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
+    whole = [_decode(line).rstrip("\r\n") for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
+    rows = [line.strip() for line in whole]
     row, delimiter = _typical_row(rows)
     fields = split_line(row, delimiter)
     names, notices = names_for(path, rows, delimiter, len(fields), options)
@@ -322,6 +323,8 @@ def _unnamed(
     titled = len(header) == len(fields) and not any(map(_is_number, header))
     if titled and not options.columns and number - 1 > options.skip_lines:
         names, notices = tuple(header), ()
+    if _end_in_delimiter(whole, delimiter, len(fields)):
+        names = (*names, AFTER_LAST)
     return TextLayout(
         delimiter,
         names,
@@ -353,7 +356,7 @@ def names_for(
     if options.columns or count not in known:
         return tuple(str(position + 1) for position in range(count)), ()
     names = known[count]
-    if "time" in names and not _increases([split_line(row, delimiter)[0] for row in rows]):
+    if "time" in names and not increases([split_line(row, delimiter)[0] for row in rows]):
         wanted = MAGNETIC_CHANNELS if count in MAGNETIC_PLAIN_NAMES else CHANNELS
         example = ",".join(f"{channel}={number}" for number, channel in enumerate(wanted, start=1))
         raise LogError(
@@ -382,7 +385,8 @@ def _gyroscope_stands_first(rows: Sequence[str], delimiter: str) -> bool:
     return first is None and last is not None
 
 
-def _increases(texts: Sequence[str]) -> bool:
+def increases(texts: Sequence[str]) -> bool:
+    """Returns whether numbers hardly ever decrease, as times do."""
     read = (number_of(text, ",") for text in texts)
     numbers = [number for number in read if number is not None]
     backwards = sum(earlier > later for earlier, later in pairwise(numbers))

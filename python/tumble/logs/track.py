@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +92,24 @@ class LoggedMagnetometer:
     current_unit: LoadUnit = "A"
     already_corrected: bool | None = None
     notices: tuple[str, ...] = ()
+
+
+SI = "SI"
+"""Word by which files that Tumble writes state that they hold m/s^2, rad/s, s and degC."""
+
+
+def with_written_units(found: LoggedImu, stated: str | None) -> LoggedImu:
+    """Returns an IMU whose units are those that the file states of all its columns, if it does."""
+    if stated != SI:
+        return found
+    written = "head of the file"
+    return replace(
+        found,
+        accelerometer_unit=found.accelerometer_unit or StatedUnit("m/s^2", written),
+        gyroscope_unit=found.gyroscope_unit or StatedUnit("rad/s", written),
+        time_unit=found.time_unit or StatedUnit("s", written),
+        temperature_unit=found.temperature_unit or StatedUnit("degC", written),
+    )
 
 
 @dataclass(frozen=True, slots=True)

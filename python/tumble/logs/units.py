@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -12,9 +13,20 @@ import numpy as np
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.log_time import DATES
 from tumble.foundation.magnetic import FIELD_UNITS
-from tumble.foundation.recording import ASSUMED, FloatArray
+from tumble.foundation.recording import ASSUMED, AT_REST, FloatArray
 from tumble.logs.options import COUNTS
 from tumble.logs.triads import largest_each, whole_ones
+from tumble.logs.unit_evidence import (
+    ASKED,
+    CERTAIN,
+    COUNTED_IN_FRACTIONS,
+    IMU_RATE,
+    StillReadings,
+    Usual,
+    log_likelihood_of_rate_unit,
+    log_likelihood_of_step,
+    ordered,
+)
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature", "magnetometer"]
 
@@ -25,6 +37,7 @@ UNITS: Mapping[Quantity, Mapping[str, float]] = {
         "deg/s": math.pi / 180.0,
         "mrad/s": 1e-3,
         "mdeg/s": 1e-3 * math.pi / 180.0,
+        "rpm": 2.0 * math.pi / 60.0,
     },
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "temperature": {"degC": 1.0, "K": 1.0, "degF": 1.0 / 1.8},
@@ -34,6 +47,9 @@ UNITS: Mapping[Quantity, Mapping[str, float]] = {
 
 TEMPERATURE_ZERO: Mapping[str, float] = {"degC": 0.0, "K": 273.15, "degF": 32.0}
 """Reading of each unit at 0 degC."""
+
+POSSIBLE_TEMPERATURE = (-80.0, 200.0)
+"""degC: data sheets of IMUs end at -55 and 175 degC."""
 
 SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
     "accelerometer": {
@@ -84,6 +100,9 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
         "mdeg/s": "mdeg/s",
         "mdeg_s": "mdeg/s",
         "mdps": "mdeg/s",
+        "rpm": "rpm",
+        "r/min": "rpm",
+        "rev/min": "rpm",
     },
     "time": {
         "s": "s",
@@ -141,11 +160,8 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time with another rate is in another unit, or no time."""
 
-IMU_STEPS = (1.0, 100.0, 1e5)
-"""Smallest steps that are ms, us and ns of an IMU: most sample at 10 Hz to 10 kHz."""
-MAGNETOMETER_STEPS = (2.0, 2e3, 2e6)
-"""Those of a magnetometer, which samples at 0.5 to 500 Hz."""
-
+_SURROUNDING = 0.15
+"""Smallest ratio of the singular values of directions that surround a centre; six faces have 0.87."""
 _BURSTS_WITHIN = 128
 """Samples that hold several bursts, or a whole one."""
 _IN_BURST = 0.1
@@ -196,6 +212,23 @@ def rest_norm(vectors: FloatArray) -> float:
     return float(np.median(np.linalg.norm(pieces[:, quiet].mean(axis=2), axis=0)))
 
 
+def length_of_gravity(means: FloatArray) -> float:
+    """Returns the length of gravity that means at rest, (n, 3), show together: a bias has one side in all.
+
+    It is the radius of the sphere through them, and their usual length where they do not surround its centre.
+    """
+    lengths = np.linalg.norm(means, axis=1)
+    usual = float(np.median(lengths))
+    if not usual > 0.0:
+        return usual
+    scaled = means / usual
+    design = np.column_stack([2.0 * scaled, np.ones(len(means))])
+    solved, _, rank, _ = np.linalg.lstsq(design, (scaled**2).sum(axis=1), rcond=_SURROUNDING)
+    if rank < design.shape[1]:
+        return usual
+    return usual * math.sqrt(max(0.0, float(solved[3] + solved[:3] @ solved[:3])))
+
+
 def smallest_norm(vectors: FloatArray) -> float:
     """Returns the smallest length that short means of (n, 3) vectors have, NaN where there are none."""
     pieces = _pieces(vectors)
@@ -224,36 +257,89 @@ def guess_range(norm_at_rest: float) -> float | None:
     return next((span for span in _RANGES_G if 0.9 <= norm_at_rest * span / COUNTS <= 1.1), None)
 
 
-def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]:
-    """Returns the unit of a gyroscope from the length of its smallest and its largest reading, and why.
+def guess_gyroscope_unit(smallest: float, peak: float, rest: StillReadings | None) -> tuple[str | None, str]:
+    """Returns the unit of a gyroscope, and why: from its smallest and largest reading, and from a rest.
 
-    None if no unit fits. Only the fastest motion distinguishes rad/s from deg/s: a slow table looks alike in
-    both, and a steady turn is as quiet as a rest.
+    None if no unit fits.
     """
     if peak > _IMPOSSIBLE_DEG_PER_S or smallest > _LARGEST_BIAS_DEG_PER_S:
         return None, ""
     if peak > IMPOSSIBLE_RAD_PER_S:
         return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
-    return "rad/s", ASSUMED
+    likely = rate_unit_at_rest(rest)
+    return (likely, AT_REST) if likely else ("rad/s", ASSUMED)
 
 
-def guess_time_unit(time: FloatArray, steps: tuple[float, float, float] = IMU_STEPS) -> tuple[str, str]:
-    """Returns the unit of time stamps and why: from their size if they count from 1970, else from their step.
+def rate_unit_at_rest(rest: StillReadings | None) -> str | None:
+    """Returns the unit, of rad/s and deg/s, that bias and noise at rest show; None where both may be."""
+    if rest is None:
+        return None
+    units = {name: UNITS["gyroscope"][name] for name in ("rad/s", "deg/s")}
+    (likely, _), (_, odds) = ordered(
+        {name: log_likelihood_of_rate_unit(rest, unit) for name, unit in units.items()}
+    )
+    return likely if odds > CERTAIN else None
 
-    A counter of microseconds may have the size of seconds since 1970, but not their step. `steps` are the
-    smallest numbers between samples that are ms, us and ns.
+
+def in_celsius(values: FloatArray, unit: str) -> FloatArray:
+    """Converts (n,) temperatures of a unit to degC."""
+    return (values - TEMPERATURE_ZERO[unit]) * UNITS["temperature"][unit]
+
+
+def possible_temperature(values: FloatArray, unit: str) -> bool:
+    """Returns whether an IMU can have (n,) temperatures of a unit; taken for granted where none is known."""
+    celsius = in_celsius(values[np.isfinite(values)], unit)
+    low, high = POSSIBLE_TEMPERATURE
+    return not len(celsius) or bool(low <= celsius.min() and celsius.max() <= high)
+
+
+@dataclass(frozen=True, slots=True)
+class TimeGuess:
+    """The unit of time stamps that state none."""
+
+    name: str
+    reason: str
+    others: tuple[str, ...] = ()
+    """Units that fit nearly as well."""
+    is_open: bool = False
+    """True where one of these fits as well."""
+
+
+def guess_time_unit(time: FloatArray, rates: Usual = IMU_RATE, samples: int | None = None) -> TimeGuess:
+    """Returns the unit of time stamps: from their size if they count from 1970, else from their step.
+
+    A counter of microseconds may have the size of seconds since 1970, but not their step. `rates` are those
+    at which such sensors sample, `samples` is the length of the log, where it is known.
     """
     step = usual_step(time)
     if math.isnan(step):
-        return "s", ASSUMED
-    latest = float(np.median(_stamps(time)))
-    for name, scale in UNITS["time"].items():
-        if DATES[0] <= latest * scale <= DATES[1] and is_imu_step(step * scale):
-            return name, "size of the stamps, counted from 1970"
-    if step < steps[0]:
-        return "s", ASSUMED
-    name = "ms" if step < steps[1] else "us" if step < steps[2] else "ns"
-    return name, f"step of {step:.6g} between samples"
+        return TimeGuess("s", ASSUMED)
+    possible = {name: scale for name, scale in UNITS["time"].items() if is_imu_step(step * scale)}
+    for name, scale in possible.items():
+        if counts_from_1970(_stamps(time) * scale):
+            return TimeGuess(name, "size of the stamps, counted from 1970")
+    if not possible:
+        # The nearest, which whoever reads the log refuses by its rate.
+        nearest = min(
+            UNITS["time"], key=lambda name: abs(math.log(step * UNITS["time"][name] * rates.median))
+        )
+        return TimeGuess(nearest, f"step of {step:.6g} between samples")
+    has_fractions = bool((_stamps(time) % 1.0).any())
+    fractions = {name: math.log(COUNTED_IN_FRACTIONS) * (has_fractions and name != "s") for name in possible}
+    (name, _), *others = ordered(
+        {
+            name: log_likelihood_of_step(step * scale, samples, rates) + fractions[name]
+            for name, scale in possible.items()
+        }
+    )
+    fitting = tuple(other for other, odds in others if odds < CERTAIN)
+    is_open = any(odds < ASKED for _, odds in others)
+    return TimeGuess(name, ASSUMED if fitting else f"step of {step:.6g} between samples", fitting, is_open)
+
+
+def counts_from_1970(time: FloatArray) -> bool:
+    """Returns whether most of (n,) times, s, are dates of recordings."""
+    return len(time) > 0 and DATES[0] <= float(np.median(time)) <= DATES[1]
 
 
 def usual_step(time: FloatArray) -> float:

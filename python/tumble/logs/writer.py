@@ -8,6 +8,7 @@ from typing import Protocol
 
 from tumble.foundation.recording import Chunk
 from tumble.foundation.units import TRIADS, Triad
+from tumble.logs.track import SI
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,12 @@ class Facts:
 
     def of_the_samples(self) -> dict[str, str]:
         """Returns what is kept of the samples in the head or the metadata of the file, by its name."""
-        found = {"serial": self.serial, "corrected": self.corrected, "warning": "; ".join(self.doubts)}
+        found = {
+            "units": SI,
+            "serial": self.serial,
+            "corrected": self.corrected,
+            "warning": "; ".join(self.doubts),
+        }
         return {key: value for key, value in found.items() if value}
 
 

@@ -69,7 +69,7 @@ def align(
             *(
                 f"{unit.name}: {notice}"
                 for unit, recording, read in zip(units, recordings, samples, strict=True)
-                for notice in (*recording.metadata.remarks, *read.notices)
+                for notice in (*recording.metadata.remarks, *recording.metadata.assumptions, *read.notices)
             ),
         ),
         software=f"tumble {_core.__version__}",

@@ -96,7 +96,8 @@ def magnetometer(
     resting, reason = (None, "") if turned else _resting(recording, before, gravity)
     facts = _facts(recording, track)
     found = calibrated(track, resting, place, current=current, name=recording.name, facts=facts)
-    notices = (*recording.metadata.remarks, *track.remarks, *([reason] if reason else []))
+    metadata = recording.metadata
+    notices = (*metadata.remarks, *metadata.assumptions, *track.remarks, *([reason] if reason else []))
     return replace(
         found,
         source=log_name(recording),

@@ -296,7 +296,7 @@ def _labelled(recording: Recording, sections: Sections | None) -> tuple[Section,
 
 def as_counts(read: ReadOptions | None) -> ReadOptions:
     """Returns options by which the numbers of a log are read as they stand."""
-    return replace(read or ReadOptions(), accelerometer_unit="m/s^2", gyroscope_unit="rad/s")
+    return replace(read or ReadOptions(), as_numbers=True)
 
 
 def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: SampleProgress | None) -> Imu:
@@ -467,7 +467,7 @@ def _gyroscope(figures: _core.MultiposeFigures, unit: _core.Acquired) -> TriadRe
 
 def _gyroscope_reason(figures: _core.MultiposeFigures, has_gyroscope: bool) -> str:
     if not has_gyroscope:
-        return "no gyroscope readings were recorded"
+        return "no gyroscope was read"
     refusal = figures["gyroscope_refusal"]
     return "" if refusal is None else explain(*refusal)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -25,7 +26,13 @@ REST = "rest"
 LABELS = _core.VOCABULARY["section"]
 """`x_p` is a rest with axis x up, `x_a` with it down, `x_rot` a full turn about it while it is vertical."""
 FULL_TURNS = tuple(label for label in LABELS if label.endswith("_rot"))
-SHORTEST = 20
+_UP = ("p", "up", "plus", "pos", "positive", "+")
+_DOWN = ("a", "down", "minus", "neg", "negative", "-")
+_WAYS = "|".join(re.escape(way) for way in (*_UP, *_DOWN))
+_FACE = re.compile(f"(?P<axis>[xyz])_?(?P<way>{_WAYS})")
+_SIGNED = re.compile("(?P<way>[+-])(?P<axis>[xyz])")
+"""Names of the six faces, as people write them: the axis, and which way it points."""
+SHORTEST = 10
 """Samples that a section has at least."""
 
 
@@ -68,12 +75,23 @@ def sections_of_folder(recording: Recording) -> tuple[Section, ...]:
     found = []
     before = 0
     for name, part in zip(pose_files(recording), recording.parts, strict=True):
-        label = name if name in LABELS else REST
+        label = label_of(name)
         times = np.concatenate([chunk.time for chunk in part.chunks()])
         first, end = (0, len(times)) if label in FULL_TURNS else _longest_rest(part, times)
         found.append(Section(label, before + first, before + end))
         before += len(times)
     return _checked(found, recording.name)
+
+
+def label_of(name: str) -> str:
+    """Returns the label that the name of a pose states: `x_up`, `+x` and `x_p` are axis x up; else a rest."""
+    if name in LABELS:
+        return name
+    plain = name.casefold().replace(" ", "_")
+    for pattern in (_FACE, _SIGNED):
+        if found := pattern.fullmatch(plain):
+            return f"{found['axis']}_{'p' if found['way'] in _UP else 'a'}"
+    return REST
 
 
 def _longest_rest(part: Recording, times: FloatArray) -> tuple[int, int]:

@@ -169,7 +169,11 @@ def _temperature(units: Sequence[Imu]) -> tuple[float, float, float] | None:
 def _notices(units: Sequence[Imu]) -> Iterator[str]:
     for unit in units:
         whose = f"{unit.name}: " if len(units) > 1 else ""
-        for line in (*unit.recording.metadata.remarks, *unit.notices):
+        for line in (
+            *unit.recording.metadata.remarks,
+            *unit.recording.metadata.assumptions,
+            *unit.notices,
+        ):
             yield f"{whose}{line}"
         refused = unit.acquired.rejected_rests
         if refused:

@@ -165,7 +165,8 @@ def _warnings(units: Sequence[UnitLog]) -> Iterator[str]:
         if unit.recording is None:
             yield f"{unit.name}: is missing and replayed as a unit that sends nothing: {unit.missing}"
         else:
-            yield from (f"{unit.name}: {notice}" for notice in unit.recording.metadata.remarks)
+            metadata = unit.recording.metadata
+            yield from (f"{unit.name}: {line}" for line in (*metadata.remarks, *metadata.assumptions))
     if _may_differ_in_clock([unit.recording for unit in units if unit.recording is not None]):
         yield (
             "the logs do not say whether one clock stamped them all; that is assumed; tumble align "

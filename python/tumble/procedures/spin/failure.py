@@ -36,6 +36,7 @@ class SpinFailureKind(Enum):
 
     NO_REST_FOR_LONG = "no rest for long"
     MOVED_FIRST = "moved first"
+    BIAS_CHANGED = "bias changed"
     PUSHED = "pushed"
     TIPPED = "tipped"
     DROVE = "drove"

@@ -119,6 +119,12 @@ MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
         f"drove or was moved for {figures['duration']:.0f} s without a rest",
         "if it turned on the spot, give its times with --at",
     ),
+    SpinFailureKind.BIAS_CHANGED: lambda figures: (
+        f"rests at {figures['start']:.1f} to {figures['end']:.1f} s, where gyroscope bias "
+        f"{'xyz'[int(figures['axis'])]} differs by {abs(figures['change']):.2g} rad/s from that of the other "
+        "rests: it changed, or the robot turned slowly",
+        "let the sensor warm up, and keep drivers from calibrating it on the way",
+    ),
     SpinFailureKind.MOVED_FIRST: lambda _: ("moved before it had stood still", "stand still first"),
     SpinFailureKind.PUSHED: lambda figures: (
         f"drove or was pushed: turned only {math.degrees(figures['turned']):.0f} deg in "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -193,9 +194,8 @@ def _search(
     progress: SampleProgress | None,
 ) -> list[FittedSpin | UnusedInterval]:
     """Reads the recording again, and fits what may be spins as soon as their samples are there."""
-    rests = true_rests(
-        sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, applied)], key=_start_of)
-    )
+    quiet = sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, applied)], key=_start_of)
+    rests = true_rests(quiet)
     if not rests:
         return [*rejected_rests(unit.acquired)]
     logged = _logged(unit)
@@ -220,7 +220,24 @@ def _search(
     ]
     for link in chains_of(segments, rests, criteria, given=bool(at)):
         found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
-    return found
+    return [_explained(each, quiet, rests) for each in found]
+
+
+def _explained(
+    found: FittedSpin | UnusedInterval, quiet: Sequence[Rest], rests: Sequence[Rest]
+) -> FittedSpin | UnusedInterval:
+    """Names the rest of another bias that the motion before the first rest holds, if it holds one."""
+    if not isinstance(found, UnusedInterval) or found.failure.kind is not SpinFailureKind.MOVED_FIRST:
+        return found
+    inside = [each for each in quiet if found.start <= each.start and each.end <= found.end]
+    others = [each for each in inside if all(each is not rest for rest in rests)]
+    if not others:
+        return found
+    longest = max(others, key=lambda rest: rest.end - rest.start)
+    change = longest.angular_rate - rests[0].angular_rate
+    axis = int(np.argmax(np.abs(change)))
+    figures = {"start": longest.start, "end": longest.end, "axis": axis, "change": float(change[axis])}
+    return replace(found, failure=SpinFailure(SpinFailureKind.BIAS_CHANGED, figures))
 
 
 def _rests_refused_as_turning(unit: Imu, applied: Calibration | None) -> list[Rest]:
@@ -316,8 +333,12 @@ def _named(refused: Sequence[UnusedInterval]) -> str:
 
 
 def _notices(unit: Imu) -> Iterator[str]:
-    """Describes omissions, and remarks of the reader for the user."""
+    """Describes omissions, and remarks of the reader for the user.
+
+    A robot that turned at a rate of robots confirms the unit of the gyroscope.
+    """
     yield from unit.recording.metadata.remarks
+    yield from unit.recording.metadata.assumptions_but("gyroscope")
     yield from unit.notices
     yield from coarse_notices(unit)
     yield from correction_notice(unit.recording.metadata, "these biases hold")

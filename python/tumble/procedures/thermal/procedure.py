@@ -138,6 +138,8 @@ def _references(calibration: Calibration) -> Iterator[float]:
 
 def _refuse_unfit(unit: Imu) -> None:
     """Raises `ProcedureError`, in one line, where a log is damaged or without temperature, or never rests."""
+    if fault := unit.recording.metadata.temperature_fault:
+        raise ProcedureError(fault, about=unit.name)
     if unit.acquired.temperature is None:
         raise ProcedureError(messages.NO_TEMPERATURE, about=unit.name)
     refuse_if_damaged(unit.name, unit, unit.faults)
@@ -171,7 +173,8 @@ def _notices(units: Sequence[Imu]) -> Iterator[str]:
     for unit in units:
         whose = f"{unit.name}: " if len(units) > 1 else ""
         metadata = unit.recording.metadata
-        for line in (*metadata.remarks, *unit.notices, *correction_notice(metadata, "what is found holds")):
+        corrected = correction_notice(metadata, "what is found holds")
+        for line in (*metadata.remarks, *metadata.assumptions, *unit.notices, *corrected):
             yield f"{whose}{line}"
 
 

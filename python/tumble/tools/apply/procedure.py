@@ -102,7 +102,9 @@ def apply(
     of_log = map("the log {}".format, misuses)
     magnetic_warnings = warnings_on_magnetometer(calibration, track)
     return Applied(
-        output, samples, (*of_log, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out)
+        output,
+        samples,
+        (*of_log, *metadata.assumptions, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out),
     )
 
 

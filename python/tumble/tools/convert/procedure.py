@@ -341,8 +341,7 @@ def _remarks(imu: _Imu, target: str) -> Iterator[str]:
     yield from metadata.remarks
     if isinstance(imu.stream, ChunkStream):
         yield from imu.stream.counts.notices()
-    if metadata.gyroscope_unit.is_assumed:
-        yield f"the gyroscope was assumed to be in {metadata.gyroscope_unit.name}, and is written as such"
+    yield from metadata.assumptions
     if imu.lost:
         yield f"{target} has no place for its {join(imu.lost)}: kept in the log alone"
     if imu.place.magnetic is not None and (left := imu.place.magnetic.left):

@@ -16,6 +16,7 @@ from tumble.foundation.recording import Metadata, Recording, RecordingSource, Sa
 from tumble.foundation.services import Evidence
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
+from tumble.logs.unread_columns import on_unread
 from tumble.tools.inspect.result import ChannelFacts, Inspection, MagnetometerFacts, Timing
 from tumble.tools.inspect.samples import CHANNELS, SampleWatch
 from tumble.tools.inspect.services import faults_of, services_of
@@ -95,6 +96,8 @@ def _conclude(
         services=tuple(services_of(evidence)),
         remarks=(
             *metadata.remarks,
+            *metadata.assumptions,
+            *on_unread(metadata.unread, triads),
             *counts.notices(),
             *scale_notice(acquired, STANDARD_GRAVITY),
             *(magnetic.remarks if magnetic is not None else ()),
