@@ -91,7 +91,7 @@
 /**
  * Words of 8 bytes in the storage of a spin.
  */
-#define TUMBLE_SPIN_WORDS 600
+#define TUMBLE_SPIN_WORDS 616
 
 /**
  * Words of 8 bytes in the storage of a store.
