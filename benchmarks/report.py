@@ -168,7 +168,8 @@ def others(results: Mapping[str, Content]) -> Iterator[str]:
         yield "| recording: command | missing |"
         yield "|---|---|"
     for row in missing:
-        yield _row([row["case"], f"`{row['missing']}`"])
+        missing_here = row["missing"].replace("|", "\\|")
+        yield _row([row["case"], f"`{missing_here}`"])
 
 
 def stamps(content: Content) -> Iterator[str]:
