@@ -32,6 +32,7 @@ from rich.table import Table
 
 import tumble
 from benchmarks import readers_arrays as arrays
+from benchmarks.arrow_csv import csv_of_ours
 from benchmarks.memory import LARGEST_GROWTH, peak_here
 from benchmarks.recordings import FORMATS as RECORDINGS
 from benchmarks.results import Content, load, machine, save
@@ -277,15 +278,10 @@ def _read_metawear(path: Path) -> object:
     return [_csv(file) for file in path.parent.iterdir()]
 
 
-def _csv_of_ours(path: Path) -> object:
-    """Reads a file that Tumble wrote, behind the line of its units."""
-    return pa.csv.read_csv(path, read_options=pa.csv.ReadOptions(skip_rows=1))
-
-
 PYARROW = "pyarrow.csv.read_csv"
 READERS = {
-    "csv": Reader(_recording("CSV"), _csv_of_ours, PYARROW),
-    "csv.gz": Reader(_packed, _csv_of_ours, PYARROW),
+    "csv": Reader(_recording("CSV"), csv_of_ours, PYARROW),
+    "csv.gz": Reader(_packed, csv_of_ours, PYARROW),
     "parquet": Reader(_recording("Parquet"), pa.parquet.read_table, "pyarrow.parquet.read_table"),
     "euroc": Reader(_euroc, lambda path: _csv(path / "imu0" / "data.csv"), PYARROW),
     "xsens": Reader(_xsens, lambda path: _csv(path, lines=3, delimiter="\t"), PYARROW),
