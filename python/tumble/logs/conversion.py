@@ -16,7 +16,7 @@ from tumble.foundation.recording import FloatArray, ResolvedUnit
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
-from tumble.logs.track import RawSamples, StatedUnit
+from tumble.logs.track import WRITTEN, RawSamples, StatedUnit
 from tumble.logs.triads import change_axes, gathered, largest_each, whole
 from tumble.logs.unit_evidence import IMU_RATE, MAGNETOMETER_RATE, StillReadings, Usual, rest_in
 from tumble.logs.units import (
@@ -327,6 +327,8 @@ def _accelerometer(
             f"{track.source}: accelerometer is stated in {stated.name} ({stated.reason}) but reads "
             f"{norm:.4g} at rest, as it would in {likely}; read it with --accelerometer-unit {likely}"
         )
+    if stated.reason == WRITTEN:
+        stated = StatedUnit(stated.name, f"{WRITTEN}; norm at rest is {norm:.4g}")
     return _unit("accelerometer", stated)
 
 

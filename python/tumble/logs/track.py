@@ -94,6 +94,8 @@ class LoggedMagnetometer:
     notices: tuple[str, ...] = ()
 
 
+WRITTEN = "head of the file"
+"""Source of a unit: a file that Tumble wrote states it."""
 SI = "SI"
 """Word by which files that Tumble writes state that they hold m/s^2, rad/s, s and degC."""
 
@@ -102,13 +104,12 @@ def with_written_units(found: LoggedImu, stated: str | None) -> LoggedImu:
     """Returns an IMU whose units are those that the file states of all its columns, if it does."""
     if stated != SI:
         return found
-    written = "head of the file"
     return replace(
         found,
-        accelerometer_unit=found.accelerometer_unit or StatedUnit("m/s^2", written),
-        gyroscope_unit=found.gyroscope_unit or StatedUnit("rad/s", written),
-        time_unit=found.time_unit or StatedUnit("s", written),
-        temperature_unit=found.temperature_unit or StatedUnit("degC", written),
+        accelerometer_unit=found.accelerometer_unit or StatedUnit("m/s^2", WRITTEN),
+        gyroscope_unit=found.gyroscope_unit or StatedUnit("rad/s", WRITTEN),
+        time_unit=found.time_unit or StatedUnit("s", WRITTEN),
+        temperature_unit=found.temperature_unit or StatedUnit("degC", WRITTEN),
     )
 
 

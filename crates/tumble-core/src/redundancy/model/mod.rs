@@ -5,9 +5,9 @@
 //! 2. [`window`]: readings of a unit under triangles of 0.1 s; [`motion`]: those of the set; [`means`]: over scales of time;
 //!    [`clock`]: the delay of a unit;
 //! 3. [`error`] and [`triangle`]: the Gaussian, to which motion adds information;
-//! 4. [`test`] and [`vibration`]: a pair against what health explains;
+//! 4. [`mod@test`] and [`vibration`]: a pair against what health explains;
 //! 5. [`vote`], [`own`], [`rest`] and [`bounds`]: the unit that is wrong;
-//! 6. [`gather`]: blocks that are learnt from once they have ended in agreement; [`monitor`]: all of it, and its events.
+//! 6. `gather`: blocks that are learnt from once they have ended in agreement; [`monitor`]: all of it, and its events.
 //!
 //! Derivation: docs/theory/set.md. `benchmarks/flights/model` is the same in numpy, step by step.
 
