@@ -276,7 +276,7 @@ def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None
     if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
         return None
     seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
-    if ratio < NO_GRAVITY_RATIO and abs(math.log(ratio * STANDARD_GRAVITY)) > math.log(LARGEST_GRAVITY_RATIO):
+    if ratio < NO_GRAVITY_RATIO:
         return _Misread(f"{seen}: {WITHOUT_GRAVITY}")
     if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
         return _Misread(f"{seen}: g were taken for m/s^2", "accelerometer-unit", "g")

@@ -89,9 +89,9 @@ class ResolvedUnit:
         return self.reason == ASSUMED
 
     @property
-    def is_guessed(self) -> bool:
-        """Returns whether neither log nor user states the unit, and later readings may contradict it."""
-        return self.reason in (ASSUMED, AT_REST)
+    def is_guessed_radians(self) -> bool:
+        """Returns whether it is rad/s that nobody states, and that later rates may contradict."""
+        return self.name == "rad/s" and self.reason in (ASSUMED, AT_REST)
 
 
 @dataclass(frozen=True, slots=True)

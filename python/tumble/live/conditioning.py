@@ -70,10 +70,7 @@ class Conditioner:
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
         """Returns whether rad/s is a guess, which later readings may contradict."""
-        if self._conversion is None:
-            return False
-        unit = self._conversion.gyroscope_unit
-        return unit.is_guessed and unit.name == "rad/s"
+        return self._conversion is not None and self._conversion.gyroscope_unit.is_guessed_radians
 
     @property
     def stamped(self) -> bool:

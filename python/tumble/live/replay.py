@@ -45,7 +45,7 @@ class ReplaySource(PolledSource):
         self.remarks = recording.metadata.remarks
         self.serial = recording.metadata.serial
         self.already_corrected = recording.metadata.already_corrected
-        self.gyroscope_unit_is_assumed = recording.metadata.gyroscope_unit.is_assumed
+        self.gyroscope_unit_is_assumed = recording.metadata.gyroscope_unit.is_guessed_radians
         self._chunks = (chunk for chunk in recording.chunks() if len(chunk))
         self._speed = speed
         self._chunk: Chunk | None = None

@@ -16,7 +16,7 @@ from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_o
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
-from tumble.logs.unread_columns import listed, option_for, triple_in
+from tumble.logs.unread_columns import columns_option, listed, option_for, triple_in
 
 UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
 """Columns, in lower case, that name the IMU of a row, the surest first."""
@@ -278,10 +278,10 @@ class ImuColumns:
 
     @property
     def as_option(self) -> str:
-        """Option that makes Tumble read these columns; in quotes where a name needs them for a shell."""
-        channels = zip(CHANNELS, (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False)
-        text = ",".join(f"{channel}={name}" for channel, name in channels)
-        return f"--columns {text}" if re.fullmatch(r"[\w=,./:-]+", text) else f'--columns "{text}"'
+        """Option that makes Tumble read these columns."""
+        return columns_option(
+            zip(CHANNELS, (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False)
+        )
 
     @property
     def triads(self) -> tuple[Triad, ...]:

@@ -21,7 +21,6 @@ from tumble.logs.triads import change_axes, gathered, largest_each, whole
 from tumble.logs.unit_evidence import IMU_RATE, MAGNETOMETER_RATE, StillReadings, Usual, rest_in
 from tumble.logs.units import (
     LARGEST_READING,
-    TEMPERATURE_ZERO,
     UNITS,
     Quantity,
     credible,
@@ -30,6 +29,7 @@ from tumble.logs.units import (
     guess_gyroscope_unit,
     guess_range,
     guess_time_unit,
+    in_celsius,
     peak,
     possible_temperature,
     rate_unit_at_rest,
@@ -109,8 +109,7 @@ class Conversion:
     accelerometer: TriadConversion
     gyroscope: TriadConversion
     time_scale: float
-    temperature_zero: float
-    temperature_scale: float
+    temperature_unit: str
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit
@@ -120,9 +119,9 @@ class Conversion:
     _changes_nothing: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        scales = self.time_scale, self.temperature_scale, self.temperature_zero, self.temperature_fault
+        scalars_stay = (self.time_scale, self.temperature_unit, self.temperature_fault) == (1.0, "degC", "")
         triads_stay = self.accelerometer.changes_nothing and self.gyroscope.changes_nothing
-        object.__setattr__(self, "_changes_nothing", triads_stay and scales == (1.0, 1.0, 0.0, ""))
+        object.__setattr__(self, "_changes_nothing", triads_stay and scalars_stay)
 
     def __call__(self, samples: RawSamples) -> RawSamples:
         """Converts samples that nobody else holds: arrays are changed in place."""
@@ -137,8 +136,8 @@ class Conversion:
             # Division by 1e9 rounds once where multiplication by 1e-9 would round twice.
             time = time / round(1.0 / self.time_scale)
         temperature = None if self.temperature_fault else samples.temperature
-        if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
-            temperature = (temperature - self.temperature_zero) * self.temperature_scale
+        if temperature is not None and self.temperature_unit != "degC":
+            temperature = in_celsius(temperature, self.temperature_unit)
         return RawSamples(
             time,
             self.accelerometer(samples.accelerometer),
@@ -194,8 +193,7 @@ def conversion_for(
         _triad(rotation, accelerometer_zero, options.accelerometer_sign * accelerometer_scale),
         _triad(rotation, gyroscope_zero, gyroscope_scale),
         time_unit.scale,
-        TEMPERATURE_ZERO[temperature_name],
-        UNITS["temperature"][temperature_name],
+        temperature_name,
         accelerometer_unit,
         gyroscope_unit,
         time_unit,

@@ -55,11 +55,12 @@ class McapFile:
             check = check_summary(file)
             file.seek(0)
             reader = make_reader(file)
-            broken_off = tuple(_where_it_breaks_off(file))
-            summary = None if check.is_damaged or broken_off else reader.get_summary()
+            self._end = end_of_whole_records(file)
+            is_readable = self._end is None and not check.is_damaged
+            summary = reader.get_summary() if is_readable else None
             if summary is None or not summary.channels:
-                summary, metadata = _summary_by_scan(file)
-                if broken_off and not summary.channels:
+                summary, metadata = _summary_by_scan(file, self._end)
+                if self._end is not None and not summary.channels:
                     raise EndOfFile("it breaks off before its first message")
             else:
                 metadata = list(reader.iter_metadata())
@@ -72,7 +73,7 @@ class McapFile:
             }
             self.remarks = (
                 *filter(None, [check.remark]),
-                *broken_off,
+                *_where_it_breaks_off(file, self._end),
                 *chunk_remarks(file, summary),
             )
 
@@ -116,7 +117,7 @@ class McapFile:
             if self._summary.chunk_indexes:
                 yield from self._indexed(file, wanted)
             else:
-                yield from _by_scan(file, wanted)
+                yield from _by_scan(file, self._end, wanted)
 
     def _indexed(self, file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
         """Reads only chunks that hold a wanted topic; a chunk without an index may hold any."""
@@ -130,10 +131,10 @@ class McapFile:
             yield from _messages(chunk, wanted)
 
 
-def _summary_by_scan(file: IO[bytes]) -> tuple[Summary, list[Metadata]]:
+def _summary_by_scan(file: IO[bytes], end: int | None) -> tuple[Summary, list[Metadata]]:
     """Gathers channels and metadata from the whole of a file without a summary, or with a damaged one."""
     summary, metadata = Summary(), []
-    for record in _records(file):
+    for record in _records(file, end):
         if isinstance(record, Schema):
             summary.schemas[record.id] = record
         elif isinstance(record, Channel):
@@ -143,18 +144,17 @@ def _summary_by_scan(file: IO[bytes]) -> tuple[Summary, list[Metadata]]:
     return summary, metadata
 
 
-def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
-    for record in _records(file):
+def _by_scan(file: IO[bytes], end: int | None, wanted: Mapping[int, str]) -> Iterator[BagMessage]:
+    for record in _records(file, end):
         if isinstance(record, McapMessage) and record.channel_id in wanted:
             yield BagMessage(wanted[record.channel_id], record.log_time, record.data)
 
 
-def _records(file: IO[bytes]) -> Iterator[McapRecord]:
+def _records(file: IO[bytes], end: int | None) -> Iterator[McapRecord]:
     """Passes over the data; the summary after it, which may be damaged, only repeats them.
 
-    A file that breaks off is read as far as its records are whole.
+    A file that breaks off is read up to `end`, as far as its records are whole.
     """
-    end = end_of_whole_records(file)
     file.seek(0)
     readable = file if end is None else cast("IO[bytes]", UpTo(file, end))
     try:
@@ -167,8 +167,7 @@ def _records(file: IO[bytes]) -> Iterator[McapRecord]:
             raise
 
 
-def _where_it_breaks_off(file: IO[bytes]) -> Iterator[str]:
-    end = end_of_whole_records(file)
+def _where_it_breaks_off(file: IO[bytes], end: int | None) -> Iterator[str]:
     if end is not None:
         lost = file.seek(0, os.SEEK_END) - end
         yield f"the file breaks off: its last {count_of('byte', lost)} are no whole record, and left out"

@@ -163,7 +163,7 @@ def _stream(
     def transform(samples: RawSamples) -> RawSamples:
         return conversion(samples if options.rate is None else without_time(samples))
 
-    guessed = conversion.gyroscope_unit.is_guessed and conversion.gyroscope_unit.name == "rad/s"
+    guessed = conversion.gyroscope_unit.is_guessed_radians
     pieces = track.read(transform)
     return ChunkStream(track, pieces, rate, guessed, keep_faults, options.skip_bad_lines, dated)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
@@ -62,10 +62,10 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
     imus = _imus(bag)
     name = choose(path, tuple(imus), imu, "topic")
     found = imus[name]
-    first = next(bag.messages([found.topic]), None)
-    if first is None:
+    messages = [each.data for each in islice(bag.messages([found.topic]), _FRAMES_COMPARED)]
+    if not messages:
         raise LogError(f"{path}: topic {found.topic} holds no messages")
-    _refuse_several_frames(bag, found)
+    _refuse_several_frames(bag, found, messages)
     temperature = _temperature_topic(bag, found.topic)
     gatherer = _Gatherer(bag, found, temperature, use_stamps=True)
     head = next(gatherer.samples(_HEAD_SAMPLES))
@@ -90,7 +90,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         gyroscope_unit=units.gyroscope,
         time_unit=units.time if stamped else ROS_UNITS.time,
         temperature_unit=ROS_UNITS.temperature if temperature else units.temperature,
-        frame=found.decoder.frame(first.data) or "case",
+        frame=found.decoder.frame(messages[0]) or "case",
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
@@ -105,11 +105,11 @@ def _is_stamped(head: RawSamples) -> bool:
     return head.time is not None and bool(np.any(head.time))
 
 
-def _refuse_several_frames(bag: Bag, imu: _Imu) -> None:
+def _refuse_several_frames(bag: Bag, imu: _Imu, messages: Sequence[bytes]) -> None:
     """Raises `LogError` where two drivers publish to one topic, each with a frame of its own."""
     if isinstance(imu.decoder, FieldImu) and not imu.decoder.embedded:
         return
-    frames = {imu.decoder.frame(each.data) for each in islice(bag.messages([imu.topic]), _FRAMES_COMPARED)}
+    frames = set(map(imu.decoder.frame, messages))
     if len(frames) > 1:
         raise LogError(
             f"{bag.path}: {len(frames)} IMUs publish to {imu.name}, with the frame_id "

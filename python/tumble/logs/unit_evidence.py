@@ -15,7 +15,6 @@ import numpy as np
 from tumble.foundation.recording import FloatArray
 from tumble.logs.triads import whole
 
-DEGREE = math.pi / 180.0
 ASKED = math.log(20.0)
 """Logarithm of the ratio of likelihoods below which two units fit alike, and the user is asked."""
 CERTAIN = math.log(1000.0)
@@ -46,13 +45,13 @@ DURATION = Usual(120.0, 8.0, 1e-4)
 """s: logs take from ten seconds to a night."""
 COUNTED_IN_FRACTIONS = 0.01
 """Share of stamps with fractions that are no seconds: counters of ms, us and ns count whole ones."""
-RATE_NOISE = Usual(0.003 * DEGREE, 5.0, 1e-2)
+RATE_NOISE = Usual(math.radians(0.003), 5.0, 1e-2)
 """rad/s/sqrt(Hz): of data sheets of MEMS gyroscopes, tactical to cheapest; vibration makes it unusual."""
-RATE_BIAS = Usual(0.5 * DEGREE, 4.0, 1e-4)
+RATE_BIAS = Usual(math.radians(0.5), 4.0, 1e-4)
 """rad/s: zero-rate output of data sheets of MEMS gyroscopes."""
 STILL_NOISE = 0.01
 """m/s^2/sqrt(Hz): twice the largest of data sheets; what shakes more is carried, or flies."""
-STILL_TURN = 0.5 * DEGREE
+STILL_TURN = math.radians(0.5)
 """rad/s by which gravity turns at most where nothing moves, within its noise over a second."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from tumble.foundation.units import TRIADS, Triad, channels_of
 
@@ -24,8 +24,13 @@ def triple_in(names: Sequence[str]) -> tuple[str, str, str] | None:
 
 
 def option_for(triad: Triad, columns: Sequence[str]) -> str:
-    """Returns the option that reads three columns as a triad, as a shell takes it."""
-    text = ",".join(f"{channel}={name}" for channel, name in zip(channels_of(triad), columns, strict=True))
+    """Returns the option that reads three columns as a triad."""
+    return columns_option(zip(channels_of(triad), columns, strict=True))
+
+
+def columns_option(named: Iterable[tuple[str, str]]) -> str:
+    """Returns the option that reads columns as channels; in quotes where a name needs them for a shell."""
+    text = ",".join(f"{channel}={name}" for channel, name in named)
     return f"--columns {text}" if re.fullmatch(r"[\w=,./:-]+", text) else f'--columns "{text}"'
 
 

@@ -261,7 +261,7 @@ impl<T: Real> SpinEstimator<T> {
             + hidden
     }
 
-    /// The same of the accelerometer, (m/s^2)^2:
+    /// Variance of each axis of the accelerometer, (m/s^2)^2, that rounding leaves on a mean over readings that repeat.
     pub(super) fn force_rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
         let step = self.force_resolution.step();
         rests
