@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta, timezone
+from datetime import date, timedelta
 
 import numpy as np
 from rich.console import Console
@@ -19,6 +19,7 @@ from benchmarks.results import Content, machine, save
 from tumble.calibration.document import Calibration
 from tumble.calibration.reference_certificate import ReferenceCertificate, years_between
 from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.provenance import date_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, INTERVAL, TriadName, TriadResult
 from tumble.foundation.units import TRIADS, UNITS
@@ -141,7 +142,7 @@ def references(sessions: int) -> Iterator[Content]:
 def wrong_certificate(seed: int, laboratory: Laboratory, truth: SimulatedUnit) -> ReferenceCertificate:
     """Certificate that errs within what it states: calibration, drift since and temperature."""
     random = np.random.default_rng(seed)
-    today = datetime.now(timezone.utc).date()
+    today = date.fromisoformat(date_now()[:10])
     issued = today - AGE
     years = years_between(issued.isoformat(), today.isoformat())
     kelvin = HELD_AT + laboratory.warm_up - sum(CERTIFIED_AT) / 2

@@ -88,7 +88,6 @@ DATA = {
     *READING,
     "secrets",
     *(
-        "clock",
         "days",
         "names",
         "constants",
@@ -131,7 +130,10 @@ DATA = {
     "log_formats",
     "project_file",
 }
-"""Shared data types and file access, which know nothing of ours above them."""
+"""Shared data types and file access, which know nothing of ours above them.
+
+No clock is among them: what is made bears the date of its `provenance`, which tests state.
+"""
 
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
@@ -222,16 +224,18 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "live",
         "acquisition",
+        "clock",
         "clock_skew",
     }
     | {"_core"},
     "report": DATA | {"translation"},
     "page": DATA | {"result", "report", "poses", "translation"},
     "laboratory": DATA | {"calibration", "report", "translation", "_core"},
-    "cli": DATA | {"logs", "translation"},
-    "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "translation", "_core"},
+    "cli": DATA | {"clock", "logs", "translation"},
+    "fleet": DATA | {"calibration", "clock", "report", "laboratory", "logs", "cli", "translation", "_core"},
     "bench": DATA
-    | {"calibration", "fleet", "laboratory", "live", "logs", "procedure", "report", "result", "translation"},
+    | {"calibration", "clock", "fleet", "laboratory", "live", "logs", "procedure", "report", "result"}
+    | {"translation"},
     "__main__": {"cli"},
     "command": DATA
     | {
@@ -248,6 +252,7 @@ LAYERS: dict[str, set[str]] = {
         "fleet",
         "bench",
         "cli",
+        "clock",
         "translation",
     },
 }

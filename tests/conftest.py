@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, settings
 from ports import chosen_among_own
 from processor_time import ProcessorTime
 from repetitions import repetitions
-from simulated_clock import SimulatedClock
+from simulated_clock import DATE, SimulatedClock
 from tumble.foundation.ending import ENDING
 
 # The duration of an example depends on the load of the computer.
@@ -34,6 +34,9 @@ for ignored in ENDING - {signal.SIGPIPE, signal.SIGXFSZ}:
 
 # Tests read English, whatever the language of the machine.
 os.environ["TUMBLE_LANG"] = "en"
+
+# All that tests make, in any process and at any time, bears one date.
+os.environ["SOURCE_DATE_EPOCH"] = str(DATE)
 
 DEVICE = Path(__file__).parent.name + "/device/"
 LONG = (DEVICE, "/test_live", "/test_ray", "/test_examples")

@@ -241,7 +241,7 @@ def served(bench, cookie):
 
 def test_only_files_of_runs_are_given(bench):
     cookie = cookie_of(bench)
-    run = bench.folder / "2026-01-01_turntable_1"
+    run = bench.folder / "2026-11-26_turntable_1"
     (run / "session").mkdir(parents=True)
     (run / "order.json").write_text(
         '{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}'

@@ -11,7 +11,6 @@ import pytest
 
 import tumble
 from bench_pages import (
-    DATE,
     LIMITS,
     QUICK,
     chromium,
@@ -115,8 +114,7 @@ def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
     assert differences(page, "result") == []
 
 
-def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", DATE)
+def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path):
     (run,) = bench.folder.glob("*_turntable_1")
     options = ["--limits", bench.folder / LIMITS, "--pages", "all"]
     typed("turntable", run / "session", *options, "-o", tmp_path)

@@ -40,7 +40,6 @@ def workplace(tmp_path, monkeypatch):
     """A registry, and a result of a unit whose serial and operator are hostile."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795651200")  # 2026-11-26
     Registry.create(tmp_path / "lab.db")
     save(tmp_path / "a", with_covariance(made_up(serial=NAME, log="x", operator=NAME)))
 

@@ -1,13 +1,8 @@
-"""One date for all results, so that two runs can be the same to the bit; logs of robots that turned."""
+"""Logs of robots that turned."""
 
 import pytest
 
 from turntable_sessions import typed
-
-
-@pytest.fixture(autouse=True)
-def _one_date(monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1790000000")
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,6 @@ def laboratory(tmp_path, monkeypatch):
     """A folder with a registry, a project file, and results of two units."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795651200")  # 2026-11-26
     Registry.create(tmp_path / "lab.db")
     (tmp_path / "tumble.toml").write_text(project_file() + 'registry = "lab.db"\n')
     units = [with_covariance(made_up(serial=serial, log=serial)) for serial in ("0041", "0042")]

@@ -14,6 +14,7 @@ from sqlalchemy import text
 
 from made_up_calibrations import made_up, save
 from repetitions import repetitions
+from simulated_clock import DATE
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory import verification
 from tumble.laboratory.chain import Entry, next_entry
@@ -225,9 +226,8 @@ def test_an_entry_before_its_predecessor_is_found(tmp_path, monkeypatch):
 
 
 def test_a_clock_that_is_set_back_dates_no_entry_before_another(tmp_path, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795651200")
     registry = Registry.create(tmp_path / "lab.db")
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795000000")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", str(DATE - 86_400))
     registry.add(save(tmp_path / "a", made_up()))
     dates = [each.date for each in _entries(tmp_path / "lab.db")]
     assert len(dates) > 1

@@ -17,22 +17,20 @@ from tumble.tools.guided.run import run_kind
 def run(tmp_path_factory):
     """Views and outcome of a session whose hand follows the body that is wanted, and its folder."""
     folder = tmp_path_factory.mktemp("hand")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        with simulated_bench(motion="hand", told=True, grades=("tactical",)) as bench:
-            order = RunOrder(
-                folder=folder,
-                sources=bench.addresses,
-                serials={"imu": "0815"},
-                options={"orientations": 14, "held": 3.0},
-            )
-            guided = run_kind("multipose").begin(order)
-            views = []
-            for view in guided.views():
-                views.append(view)
-                if view.kind == "wanted":
-                    bench.hand.go_to(np.array(view.bodies[0].up_wanted))
-            yield views, guided.outcome(), folder
+    with simulated_bench(motion="hand", told=True, grades=("tactical",)) as bench:
+        order = RunOrder(
+            folder=folder,
+            sources=bench.addresses,
+            serials={"imu": "0815"},
+            options={"orientations": 14, "held": 3.0},
+        )
+        guided = run_kind("multipose").begin(order)
+        views = []
+        for view in guided.views():
+            views.append(view)
+            if view.kind == "wanted":
+                bench.hand.go_to(np.array(view.bodies[0].up_wanted))
+        yield views, guided.outcome(), folder
 
 
 def sphere_of(view):
@@ -69,9 +67,8 @@ def test_instruction_names_the_orientation_until_the_unit_is_still(run):
     assert all(0.0 < left < 3.0 for left in still)
 
 
-def test_outcome_is_the_result_of_the_command_on_the_session(run, monkeypatch):
+def test_outcome_is_the_result_of_the_command_on_the_session(run):
     _, outcome, folder = run
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1763769600")
     again = tumble.multipose(folder / "session")
     (unit,) = outcome.units
     assert tumble.Calibration.load(unit.calibration).hash() == again.calibration.hash()

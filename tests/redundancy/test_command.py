@@ -30,14 +30,6 @@ from turntable_sessions import contents, one_line
 MOVED = motion()
 
 
-@pytest.fixture(scope="module", autouse=True)
-def at_one_time():
-    """All runs are made at one time, which stored errors carry."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        yield
-
-
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
     """A log of three units, replayed: folder, readings, result, events."""

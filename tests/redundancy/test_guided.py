@@ -17,14 +17,6 @@ CHANGES = "collect=20; collect_timeout=60; evaluate_every=5"
 SETTINGS = {"collect": 20.0, "collect_timeout": 60.0, "evaluate_every": 5.0}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def at_one_time():
-    """All results are made at one time, which calibrations carry."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        yield
-
-
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
     """Logs of a set, one unit biased and one that goes silent, replayed as fast as can be."""

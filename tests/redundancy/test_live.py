@@ -39,14 +39,6 @@ PATIENT = ("--set", "late=0.4")
 HEADER = b"time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s\n"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def at_one_time():
-    """All runs are made at one time, which stored errors carry."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        yield
-
-
 @pytest.fixture(scope="module")
 def said():
     return record([PRIMARY, BIASED, SOUND], 11, motion())

@@ -83,8 +83,7 @@ def test_a_spin_is_a_collection_of_its_spins_and_a_table(log):
     assert len(frame[frame.spin == "spin 1"]) == len(result[0].parameters)
 
 
-def test_a_saved_batch_is_what_the_command_writes(tmp_path, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
+def test_a_saved_batch_is_what_the_command_writes(tmp_path):
     session = simulate(21, grades=("consumer", "industrial"))
     paths = write_turntable(session, tmp_path / "logs")
     logs = [str(paths[unit.name]) for unit in session.units]
@@ -108,8 +107,7 @@ def test_a_batch_saved_again_keeps_targets_of_before(tmp_path, batch):
     assert Calibration.load(tmp_path / "target_1.yaml").name == "target_1"
 
 
-def test_a_saved_spin_is_what_the_command_writes(tmp_path, log, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
+def test_a_saved_spin_is_what_the_command_writes(tmp_path, log):
     assert typed("spin", log, "-o", tmp_path / "typed").code == 0
     files = tumble.spin(log).save(tmp_path / "called")
     assert sorted(path.name for path in files.values()) == sorted(contents(tmp_path / "called"))
@@ -163,8 +161,7 @@ def test_a_replay_is_a_collection_of_stored_errors_and_a_table(flown):
     assert frame[~frame.observable].reason.all()
 
 
-def test_a_saved_replay_is_what_the_command_writes(flown, tmp_path, monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
+def test_a_saved_replay_is_what_the_command_writes(flown, tmp_path):
     sets = [word for name, value in QUICK.items() for word in ("--set", f"{name}={value:g}")]
     units = ("--primary", "imu1", "--secondary", "imu2")
     typed("redundancy", flown, *units, *sets, "-o", tmp_path / "typed")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -25,8 +24,6 @@ LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if S
 QUICK = ("--speed", "4", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
-DATE = "1763769600"
-"""SOURCE_DATE_EPOCH of what a bench writes, so that a command writes the same."""
 LIMITS = "accelerometer.yaml"
 """File of limits that rests alone can show to be kept."""
 
@@ -48,7 +45,6 @@ class BenchProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "SOURCE_DATE_EPOCH": DATE},
         )
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read()

@@ -1,11 +1,12 @@
 """Certificates of references, as files and as they are drawn."""
 
-from datetime import datetime, timedelta, timezone
+from datetime import date, timedelta
 
 import numpy as np
 import yaml
 
 from tumble.calibration.reference_certificate import ReferenceCertificate
+from tumble.foundation.provenance import date_now
 
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 IDEAL = {"bias": 0.0, "scale": 1.0, "non-orthogonality": 0.0, "mounting": 0.0}
@@ -17,7 +18,7 @@ U = {
 
 def day(offset=0):
     """The day so many days after today."""
-    return (datetime.now(timezone.utc).date() + timedelta(days=offset)).isoformat()
+    return (date.fromisoformat(date_now()[:10]) + timedelta(days=offset)).isoformat()
 
 
 def content(**changes):

@@ -34,8 +34,8 @@ from tumble.foundation import clock
 
 BEGINS = 10_000.0
 """s of `now` at which it begins."""
-DATE = 1_767_225_600.0
-"""s since 1970 at which it begins: 2026-01-01."""
+DATE = 1_795_651_200
+"""s since 1970 at which it begins, and which all that tests make bears: 2026-11-26."""
 LONGEST = 86_400.0
 """s that a simulation may take: beyond them, a thread waits for what never comes."""
 TICK = 1e-9
@@ -135,7 +135,7 @@ class SimulatedClock(clock.Clock):
         return self._now
 
     def utc(self):
-        return DATE + self._now - BEGINS
+        return DATE + (self._now - BEGINS)
 
     def sleep(self, seconds):
         self._wait_until(lambda: False, "time to pass", seconds)

@@ -17,9 +17,8 @@ ROLES = {"reference": "reference", "target_1": "target", "target_2": "target"}
 
 
 @pytest.fixture
-def order(tmp_path, monkeypatch):
+def order(tmp_path):
     """A session of two targets on a table that waits for it."""
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1763769600")
     with simulated_bench(seed=44) as bench:
         yield RunOrder(
             folder=tmp_path / "run",

@@ -24,14 +24,6 @@ from turntable_sessions import (
 TARGETS = ("target_1", "target_2")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def one_date():
-    """Stops the clock: files carry the date of their run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-        yield
-
-
 @pytest.fixture(scope="module")
 def session():
     return simulate(81, grades=("industrial", "tactical"), bias_instability=True, g_sensitivity=True)

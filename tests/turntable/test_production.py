@@ -11,6 +11,7 @@ import shutil
 import pytest
 
 import tumble
+from simulated_clock import DATE
 from tumble.foundation.errors import OutputError
 from tumble.poses.pose_list import SIX_FACES
 from tumble.procedures.turntable import production
@@ -18,14 +19,6 @@ from tumble.procedures.turntable.record import TargetRecord
 from turntable_sessions import calibrated, contents, refusal, rows, simulate, typed, write
 
 ENDINGS = (".yaml", ".html")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_date():
-    """Stops the clock: files carry the date of their run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -85,14 +78,14 @@ def test_a_run_of_one_unit_keeps_the_others_in_summary_and_report(units):
 
 def test_each_attempt_keeps_its_date(units, monkeypatch):
     run(units)
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700086400")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", str(DATE + 86_400))
     run(units, targets="units/unit_2.csv")
     found = rows(units / "out")
-    assert found["unit_1"]["date"] == "2023-11-14T22:13:20Z"
-    assert found["unit_2"]["date"] == "2023-11-15T22:13:20Z"
+    assert found["unit_1"]["date"] == "2026-11-26T00:00:00Z"
+    assert found["unit_2"]["date"] == "2026-11-27T00:00:00Z"
     assert [each["date"][8:10] for each in attempts(units / "out") if each["target"] == "unit_2"] == [
-        "14",
-        "15",
+        "26",
+        "27",
     ]
 
 
@@ -350,7 +343,7 @@ def test_files_say_who_made_them_when_where_and_from_what(units, monkeypatch):
     limits.write_text("accelerometer: {bias: 5.0}\n")
     run(units, "--operator", "Ada", "--limits", limits)
     found = tumble.Calibration.load(units / "out/unit_2.yaml")
-    assert (found.date, found.operator, found.station) == ("2023-11-14T22:13:20Z", "Ada", "table 2")
+    assert (found.date, found.operator, found.station) == ("2026-11-26T00:00:00Z", "Ada", "table 2")
     log = units / "units/unit_2.csv"
     assert found.log.sha256 == hashlib.sha256(log.read_bytes()).hexdigest()
     assert found.log.file == "unit_2.csv"
@@ -363,7 +356,7 @@ def test_files_say_who_made_them_when_where_and_from_what(units, monkeypatch):
     assert float(row["duration (s)"]) == found.log.duration
     assert float(row["temperature (degC)"]) == found.temperature.mean
     page = (units / "out/unit_2.html").read_text()
-    assert all(word in page for word in ("Ada", "table 2", "2023-11-14 22:13:20 UTC", found.log.sha256))
+    assert all(word in page for word in ("Ada", "table 2", "2026-11-26 00:00:00 UTC", found.log.sha256))
 
 
 def test_the_reference_s_calibration_is_named_by_its_digest(units):

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tumble.bench.log.procedure_panel import procedures_of_several, run_procedure, usual_first
 from tumble.tools.view.viewing import open_viewing
 from turntable_sessions import typed
-
-
-@pytest.fixture(autouse=True)
-def _one_date(monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1763769600")
 
 
 def rows():

@@ -10,11 +10,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation import clock
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.documents import LARGEST_DOCUMENT, well_typed
 from tumble.foundation.errors import TumbleError
@@ -24,6 +22,7 @@ from tumble.foundation.file_status import entries, exists, is_file, is_folder
 from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
+from tumble.foundation.provenance import date_now
 from tumble.logs.options import ReadOptions
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
@@ -58,8 +57,7 @@ class RunFolder:
     @classmethod
     def begin(cls, folder: Path, word: str, order: RunOrder) -> RunFolder:
         """Makes the folder of a new run below `folder`; raises `OutputError` where that cannot be done."""
-        today = datetime.fromtimestamp(clock.utc(), timezone.utc)
-        path = _free(folder, f"{today:%Y-%m-%d}_{word}")
+        path = _free(folder, f"{date_now()[:10]}_{word}")
         made = cls(prepare_folder(path), word, replace(order, folder=path))
         made._keep_order()
         return made

@@ -6,10 +6,10 @@ Source: the World Magnetic Model, by the package pygeomag. Method: docs/theory/m
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date, datetime, timezone
+from datetime import date
 
-from tumble.foundation import clock
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.provenance import date_now
 
 LARGEST_UNCERTAINTY = 20.0
 """uT."""
@@ -64,8 +64,8 @@ def earth_field(
         return EarthField(None, 0.0, "free")
     if latitude is None:
         raise ProcedureError("--longitude needs --latitude to work out the Earth's field; give both")
-    today = datetime.fromtimestamp(clock.utc(), timezone.utc).date()
-    return _by_model(latitude, longitude, height or 0.0, day or today, uncertainty)
+    day = day or date.fromisoformat(date_now()[:10])
+    return _by_model(latitude, longitude, height or 0.0, day, uncertainty)
 
 
 def _by_model(
