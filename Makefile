@@ -14,6 +14,8 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 # Without it each program that tests start would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
+# Sets have one order in all runs; `make soak` draws another.
+export PYTHONHASHSEED ?= 0
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -113,7 +115,9 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.report
 
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
-	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --timeout 0
+	seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); echo "PYTHONHASHSEED=PROPTEST_RNG_SEED=$$seed"; \
+		TUMBLE_SOAK=1 PYTHONHASHSEED=$$seed $(BIN)/python -m pytest --numprocesses auto --timeout 0 && \
+		PROPTEST_RNG_SEED=$$seed PROPTEST_CASES=1024 cargo test --workspace --exclude tumble-fuzz --locked
 	$(BIN)/python -m benchmarks.honesty
 	$(BIN)/python -m benchmarks.honesty --pair
 	$(BIN)/python -m benchmarks.redundancy_adoptions

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
 from processor_time import ProcessorTime
-from repetitions import repetitions
+from repetitions import SOAK, repetitions
 from simulated_clock import DATE, SimulatedClock
 from tumble.foundation.ending import ENDING
 
@@ -21,6 +21,8 @@ from tumble.foundation.ending import ENDING
 settings.register_profile(
     "tumble",
     deadline=None,
+    derandomize=not SOAK,
+    print_blob=True,
     max_examples=repetitions(settings.default.max_examples),
     suppress_health_check=[HealthCheck.too_slow],
 )

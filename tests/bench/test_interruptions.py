@@ -7,7 +7,7 @@ import random
 import time
 
 from bench_pages import LIMITS, QUICK, BenchProcess, chromium, gone_on, opened, waited, write_limits
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.bench.run_folder import runs_in
 from turntable_sessions import typed
 
@@ -127,9 +127,7 @@ class InterruptedSession:
 
 
 def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    chance = random.Random(seed)
+    chance = random.Random(drawn_seed())
     # Each kind comes before any comes again.
     kinds = [kind for _ in range(INTERRUPTIONS) for kind in chance.sample(KINDS, len(KINDS))][:INTERRUPTIONS]
     with chromium() as browser:

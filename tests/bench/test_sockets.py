@@ -20,7 +20,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 
 from bench_client import BenchClient, unsafe_tls
 from bench_pages import BenchProcess
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.bench import guest_work
 from tumble.bench.access import MOST_BROWSERS, Access
 from tumble.bench.cookies import cookie_values, only_cookies
@@ -297,9 +297,7 @@ def nonsense(chance):
 
 
 def test_nonsense_on_a_line_leaves_the_bench_as_it_is(tmp_path):
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    chance = random.Random(seed)
+    chance = random.Random(drawn_seed())
     pair = write_pem(tmp_path, "server")
     for options in ((), ("--certificate", pair[0], "--key", pair[1])):
         with serving(tmp_path / f"bench{len(options)}", *options) as bench:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from made_up_fleets import write_fleets
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.bench.page.frame import MOST_UNOPENED
 from turntable_sessions import typed
 
@@ -50,10 +49,14 @@ def folder(tmp_path):
 
 
 def test_no_message_of_a_viewer_changes_anything(folder):
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
     done = subprocess.run(
-        [sys.executable, str(SUPPORT / "viewer_attack.py"), str(folder), str(seed), "16" if SOAK else "1"],
+        [
+            sys.executable,
+            str(SUPPORT / "viewer_attack.py"),
+            str(folder),
+            str(drawn_seed()),
+            "16" if SOAK else "1",
+        ],
         capture_output=True,
         text=True,
         check=False,

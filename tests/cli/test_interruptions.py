@@ -13,7 +13,7 @@ import pytest
 
 from interrupted import COMMAND, Terminal, interrupted_after, interrupted_at_call
 from ports import free_port
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.foundation import clock
 from turntable_sessions import typed
 
@@ -51,9 +51,7 @@ def words_of(command, folder, number):
 
 
 def chance():
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    return random.Random(seed)
+    return random.Random(drawn_seed())
 
 
 def counted(words, folder, within=""):

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, write, write_text
+from repetitions import drawn_seed
 from tumble.foundation.recording import Chunk, Recording
 from tumble.foundation.timing import TimeWatch
 from tumble.logs import open_recording
@@ -306,9 +307,7 @@ def test_a_table_that_is_no_terminals_shows_every_digit(tmp_path):
 
 
 def test_time_that_comes_sample_by_sample_shows_what_it_shows_at_once():
-    seed = np.random.SeedSequence().entropy
-    print("seed", seed)
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(drawn_seed())
     steps = 0.01 + 1e-4 * generator.standard_normal(500)
     steps[generator.integers(50, 500, 6)] += 0.05
     time = np.cumsum(steps)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 
 from tumble.foundation.errors import LogError
@@ -13,7 +11,7 @@ from tumble.live.text import TextLine
 from tumble.logs.options import ReadOptions
 
 DEVICE, OTHER = ("127.0.0.1", 5000), ("127.0.0.1", 6000)
-JUNK = [b"junk " * 20, b"{" + b"x" * 50, b"[1,2,3]", b"status: ok, temperature fine", os.urandom(60)]
+JUNK = [b"junk " * 20, b"{" + b"x" * 50, b"[1,2,3]", b"status: ok, temperature fine", bytes(range(100, 160))]
 
 
 def sample(number):

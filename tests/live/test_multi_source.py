@@ -11,6 +11,7 @@ import pytest
 
 from live_fixtures import resting, serial_device, text_lines
 from ports import free_port, free_ports
+from repetitions import drawn_seed
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.live import HEARTBEAT, LiveChunk, LiveSet, open_set, open_source
@@ -65,9 +66,7 @@ def joined(chunks, column="time"):
 
 
 def test_every_sample_of_every_unit_comes_once_and_in_order():
-    seed = np.random.SeedSequence().entropy
-    print("seed", seed)
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(drawn_seed())
     names = ["a", "b", "c"]
     with Senders(names) as senders, open_set(senders.words) as units:
         left = {name: lines_of(TABLE) for name in names}

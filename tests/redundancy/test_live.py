@@ -18,6 +18,7 @@ from rich.console import Console
 import tumble
 from ports import free_port
 from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
+from repetitions import drawn_seed
 from simulated_clock import SimulatedClock
 from tumble import Chunk, RedundancyMonitor
 from tumble.foundation import clock
@@ -96,7 +97,6 @@ class Board:
     """Units that send over UDP, from a thread, at times that chance decides."""
 
     def __init__(self, seed):
-        print(f"seed {seed}")
         self._random = np.random.default_rng(seed)
         self.ports = {name: free_port() for name in NAMES}
         self.words = [f"{name}=udp://127.0.0.1:{port}" for name, port in self.ports.items()]
@@ -149,7 +149,7 @@ class Board:
 def served(tmp_path_factory):
     """A board whose primary stops, and later all; watched and recorded over sockets, its output in a file."""
     folder = tmp_path_factory.mktemp("served")
-    board = Board(np.random.SeedSequence().entropy)
+    board = Board(drawn_seed())
     others = ((0.0, 2.5), (4.2, 5.0))
     spans = {"imu1": ((0.0, 1.5),), "imu2": others, "imu3": others}
     with board.sending(spans):
@@ -192,7 +192,7 @@ def test_samples_over_sockets_replay_in_order_of_arrival(served):
 
 
 def test_set_silent_to_the_end_is_reported_live_and_in_the_replay(tmp_path):
-    board = Board(np.random.SeedSequence().entropy)
+    board = Board(drawn_seed())
     with board.sending(dict.fromkeys(NAMES, ((0.0, 1.0),))):
         _, events, result = watched(
             *board.words, "--primary", "imu1", "-o", tmp_path / "live", "--record", tmp_path / "session",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tumble
+from repetitions import drawn_seed
 from tumble import Chunk, SpinMachine
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.spin.machine import LiveSpinOptions
@@ -26,9 +27,7 @@ def pushed(samples, cuts, **options):
 
 
 def test_result_does_not_depend_on_the_chunks_of_samples(drive):
-    seed = np.random.SeedSequence().entropy
-    print("seed", seed)
-    cuts = np.sort(np.random.default_rng(seed).integers(0, len(drive.samples), 60)).tolist()
+    cuts = np.sort(np.random.default_rng(drawn_seed()).integers(0, len(drive.samples), 60)).tolist()
     whole, whole_events = pushed(drive.samples, [])
     pieces, piece_events = pushed(drive.samples, cuts)
     assert piece_events == whole_events

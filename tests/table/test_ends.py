@@ -16,7 +16,7 @@ import pytest
 from bench_client import BenchClient
 from bench_pages import BenchProcess
 from live_benches import QUICK_BENCH, words_of
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from table_fixtures import ObservedTable, served
 from tumble.foundation.ending import ENDING
 from tumble.tools.simulate import LiveSimulation
@@ -64,9 +64,7 @@ NATIVE = 'hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)'
 
 def drawn(signals):
     """Draws two signals; in `make soak` it gives all."""
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    return signals if SOAK else random.Random(seed).sample(signals, 2)
+    return signals if SOAK else random.Random(drawn_seed()).sample(signals, 2)
 
 
 @contextmanager
