@@ -37,7 +37,7 @@ def bench(tmp_path):
 def handed_over(bench):
     one, other = (bench.access.enter("", "") for _ in range(2))
     bench.access.beat(one.key)
-    bench.arm()
+    bench.arm(bench.motion)
     bench.access.ask(other.key)
     bench.access.hand_over(one.key, other.number)
 
@@ -55,14 +55,14 @@ CHANGES = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_any_change_of_the_motion_disarms_the_table(bench, change):
-    bench.arm()
+    bench.arm(bench.motion)
     assert bench.is_armed
     CHANGES[change](bench)
     assert not bench.is_armed
 
 
 def test_a_pose_list_that_was_written_anew_moves_no_table(bench, tmp_path):
-    bench.arm()
+    bench.arm(bench.motion)
     (tmp_path / "poses.yaml").write_text(POSES.replace("[0, 0, 1]", "[0, 0, -1]"))
     with pytest.raises(TumbleError, match="what the table was armed for has changed"):
         bench.start()
@@ -71,11 +71,11 @@ def test_a_pose_list_that_was_written_anew_moves_no_table(bench, tmp_path):
 
 
 def test_what_is_changed_and_changed_back_stays_disarmed(bench):
-    bench.arm()
+    bench.arm(bench.motion)
     bench.change_table(address="simulated:one-axis")
     bench.change_table(address="simulated:two-axis")
     assert not bench.is_armed
-    bench.arm()
+    bench.arm(bench.motion)
     bench.choose("multipose")
     bench.choose("turntable")
     assert not bench.is_armed
@@ -92,7 +92,7 @@ def test_a_table_is_armed_for_one_start(bench, monkeypatch):
     monkeypatch.setattr(engine_module, "run_kind", lambda _word: Kind())
     for _ in range(2):
         if not orders:
-            bench.arm()
+            bench.arm(bench.motion)
         bench.start()
         bench.engine._thread.join()
     armed, by_hand = orders
@@ -108,11 +108,11 @@ def test_a_paused_run_moves_no_other_table_than_was_shown(bench, tmp_path):
     table = TableOrder(address="simulated:two-axis")
     order = RunOrder(folder=tmp_path, sources={}, table=table)
     bench.engine.adopt(RunFolder.begin(tmp_path, "turntable", order))
-    shown = bench.table_of_paused
-    assert shown == table
+    shown = bench.paused_motion
+    assert shown.table == table
     bench.change_table(address="simulated:one-axis")
     for armed in (shown, None):
-        with pytest.raises(TumbleError, match="not the one that was armed"):
+        with pytest.raises(TumbleError, match="what the table was armed for has changed"):
             bench.resume(armed=armed)
     assert bench.engine.state == "paused"
 

@@ -206,7 +206,7 @@ def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
             bench.start()
         bench.answer("limits", "")
         bench.change_table(address="simulated:two-axis")
-        bench.arm()
+        bench.arm(bench.motion)
         assert bench.is_armed
     finally:
         bench.close()

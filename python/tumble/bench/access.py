@@ -51,8 +51,9 @@ class Access:
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who only look."""
         self._browsers: dict[str, Browser] = {}
-        self.tenures = 0
-        """Number of times that the bench has changed hands."""
+        self.tenure = 0
+        """Number of the tenure: another one begins where the bench changes hands, or its holder was gone."""
+        self._is_attended = False
         self._operator = ""
         self._asks = ""
         self._lock = threading.Lock()
@@ -96,10 +97,11 @@ class Access:
         browser = self._browsers.get(key)
         if browser is None:
             return
-        browser.seen, browser.has_lived = clock.now(), True
         with self._lock:
-            if browser.rank == "operator" and self.silent > HOLDS_FOR:
+            if browser.rank == "operator" and not self.operates(key) and self.silent > HOLDS_FOR:
                 self._hand_to(key)
+            browser.seen, browser.has_lived = clock.now(), True
+            self._is_attended |= self.operates(key)
 
     def operates(self, key: str) -> bool:
         """Returns whether a browser holds the bench."""
@@ -124,7 +126,7 @@ class Access:
     def ask(self, key: str) -> bool:
         """Asks for the bench; returns whether it was free, and is held now."""
         browser = self._browsers.get(key)
-        if browser is None or browser.rank != "operator":
+        if browser is None or browser.rank != "operator" or self.operates(key):
             return False
         with self._lock:
             if self.silent > HOLDS_FOR:
@@ -146,9 +148,15 @@ class Access:
             if self.operates(key):
                 self._asks = ""
 
+    def note_absence(self) -> None:
+        """Ends the tenure of an operator whose browser is gone: he may come back, and then begins another."""
+        with self._lock:
+            if self._is_attended:
+                self._is_attended, self.tenure = False, self.tenure + 1
+
     def _hand_to(self, key: str) -> None:
         self._operator, self._asks = key, ""
-        self.tenures += 1
+        self._is_attended, self.tenure = True, self.tenure + 1
 
     def _rank(self, token: str) -> Rank | None:
         if not self.token:

@@ -47,6 +47,9 @@ BETWEEN_LOOKS = 0.1
 _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
+MOTION_CHANGED = "what the table was armed for has changed; look at it, and arm the table again"
+ABSENT = message("The operator's browser was gone for {seconds} s, so the table was stopped.", seconds=2)
+HANDED_OVER = message("The bench changed hands, so the table was stopped.")
 NO_ANSWERS: Mapping[str, FieldValue] = MappingProxyType({})
 
 
@@ -79,7 +82,15 @@ class ArmedMotion:
     options: tuple[tuple[str, FieldValue], ...]
     """Answers to the questions of the run, on which the way of the table depends."""
     tenure: int
-    """Number of times that the bench had changed hands."""
+    """Tenure of the holder of the bench; see `Access`."""
+
+
+@dataclass(frozen=True, slots=True)
+class PausedMotion:
+    """Table that turns the units of a paused run once it goes on, and the tenure in which it is shown."""
+
+    table: TableOrder
+    tenure: int
 
 
 class Bench(Shared):
@@ -106,6 +117,8 @@ class Bench(Shared):
         self._stalled_at = -math.inf
         self._armed: tuple[ArmedMotion, str] | None = None
         """Motion that the table is armed for, and the digest of the files it depends on; never in a file."""
+        self._tenure_of_run = 0
+        """Tenure in which the run under way was begun: a table moves in no other."""
         self._ends = threading.Event()
         self._recall()
         self.offered = unfinished(self.folder)
@@ -154,23 +167,36 @@ class Bench(Shared):
             table = replace(table, limits=limits.strip())
         self._change(replace(self.choice, table=table))
 
-    def arm(self) -> None:
-        """Arms the table for one run as it is prepared now, or disarms it.
+    def arm(self, shown: ArmedMotion) -> None:
+        """Arms the table for one run, as a page has shown its `motion`.
 
-        Raises `TumbleError` where no table is named, or a chosen file cannot be read.
+        Raises `TumbleError` where no table is named, another motion is prepared by now, or a chosen file
+        cannot be read.
         """
-        if self.is_armed:
-            self._armed = None
-        elif not self.choice.table.address:
+        if not shown.table.address:
             raise TumbleError("no table is named; type its address first")
-        else:
-            self._armed = self._motion(), self._digest()
+        armed = shown, self._digest()
+        if shown != self.motion:
+            raise TumbleError(MOTION_CHANGED)
+        self._armed = armed
+        self.revision += 1
+
+    def disarm(self) -> None:
+        """Disarms the table."""
+        self._armed = None
         self.revision += 1
 
     @property
     def is_armed(self) -> bool:
         """Returns whether the table is armed for the run as it is prepared, by whoever holds the bench."""
-        return self._armed is not None and self._armed[0] == self._motion()
+        return self._armed is not None and self._armed[0] == self.motion
+
+    @property
+    def motion(self) -> ArmedMotion:
+        """Motion of the run that is prepared, in the tenure of now."""
+        choice = self.choice
+        options = tuple(sorted(choice.options.items()))
+        return ArmedMotion(choice.word, choice.table, options, self.access.tenure)
 
     def change_source(self, name: str, changed: BenchSource) -> None:
         """Changes a source; raises `LogError` where its name or address is none, or is taken."""
@@ -214,8 +240,9 @@ class Bench(Shared):
         """Begins the run that is prepared; raises `TumbleError` where that cannot be done."""
         if self.engine.state not in ("idle", "result", "error"):
             raise TumbleError("a run is under way; stop it first")
+        tenure = self.access.tenure
         order = self._order()
-        self._armed = None
+        self._armed, self._tenure_of_run = None, tenure
         self.sources.watch(False)
         try:
             self.engine.begin(RunFolder.begin(self.folder, self.choice.word, order), order)
@@ -238,30 +265,32 @@ class Bench(Shared):
             self.engine.adopt(offered)
 
     @property
-    def table_of_paused(self) -> TableOrder | None:
-        """Table that turns the units of the paused run once it goes on; None where none does."""
+    def paused_motion(self) -> PausedMotion | None:
+        """Motion with which the paused run goes on; None where no table turns its units."""
         table = self.engine.folder.order.table if self.engine.folder is not None else None
+        if table is None:
+            return None
         # It may be plugged in elsewhere by now.
-        address = self.choice.table.address
-        return None if table is None else replace(table, address=address or table.address, armed=False)
+        address = self.choice.table.address or table.address
+        return PausedMotion(replace(table, address=address, armed=False), self.access.tenure)
 
-    def resume(self, *, armed: TableOrder | None = None) -> None:
+    def resume(self, *, armed: PausedMotion | None = None) -> None:
         """Goes on with the paused run; its table has to be `armed` anew, as it was shown.
 
-        Raises `TumbleError` where that cannot be done, or another table was shown.
+        Raises `TumbleError` where that cannot be done, or another motion was shown.
         """
         folder = self.engine.folder
         if folder is None or self.engine.state not in ("paused", "error"):
             raise TumbleError("there is no run that could go on")
-        table = self.table_of_paused
-        if armed != table:
-            raise TumbleError("the table is not the one that was armed; look at it, and arm it again")
+        if armed != self.paused_motion:
+            raise TumbleError(MOTION_CHANGED)
         order = replace(
             folder.order,
             sources={name: self._address(name, before) for name, before in folder.order.sources.items()},
             resume=folder.has_recording,
-            table=None if table is None else replace(table, armed=True),
+            table=None if armed is None else replace(armed.table, armed=True),
         )
+        self._tenure_of_run = self.access.tenure if armed is None else armed.tenure
         self.sources.watch(False)
         self.engine.begin(folder, order)
 
@@ -362,15 +391,10 @@ class Bench(Shared):
         table = self.choice.table
         if self._armed is None or not (self.kind.takes_table and table.address):
             return None
-        if self._armed != (self._motion(), self._digest()):
+        if self._armed != (self.motion, self._digest()):
             self._armed = None
-            raise TumbleError("what the table was armed for has changed; look at it, and arm the table again")
+            raise TumbleError(MOTION_CHANGED)
         return TableOrder(address=table.address, limits=table.limits, armed=True)
-
-    def _motion(self) -> ArmedMotion:
-        choice = self.choice
-        options = tuple(sorted(choice.options.items()))
-        return ArmedMotion(choice.word, choice.table, options, self.access.tenures)
 
     def _digest(self) -> str:
         """Returns the digest of the chosen files; raises `TumbleError` where one cannot be read."""
@@ -413,15 +437,13 @@ class Bench(Shared):
 
     @as_bench
     def _watch_operator(self) -> None:
-        """Stops a table whose operator's browser is gone."""
+        """Stops a table once the tenure ends in which it was armed."""
         while not clock.wait(self._ends, BETWEEN_LOOKS):
-            if self.engine.moves_table and self._is_operator_gone():
-                self.engine.pause(
-                    message(
-                        "The operator's browser was gone for {seconds} s, so the table was stopped.",
-                        seconds=2,
-                    )
-                )
+            is_gone = self._is_operator_gone()
+            if is_gone:
+                self.access.note_absence()
+            if self.engine.moves_table and self._tenure_of_run != self.access.tenure:
+                self.engine.pause(ABSENT if is_gone else HANDED_OVER)
             view, folder = self.engine.view, self.engine.folder
             if self.simulated is not None and self.engine.state == "running" and view and folder:
                 self.simulated.obey(folder.word, view)

@@ -6,7 +6,7 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -75,9 +75,9 @@ class Engine(Shared):
 
     @property
     def moves_table(self) -> bool:
-        """Returns whether a run is under way that may move a table, from its first view on."""
+        """Returns whether a run is under way that may move a table, or will once it is planned."""
         table = self.folder.order.table if self.folder is not None else None
-        return self.state == "running" and self.view is not None and table is not None and table.armed
+        return self.state == "running" and table is not None and table.armed
 
     def begin(self, folder: RunFolder, order: RunOrder) -> None:
         """Begins or resumes a run; raises `TumbleError` where another is under way.
@@ -216,7 +216,7 @@ class Engine(Shared):
         if run is None:
             return
         try:
-            for view in run.views():
+            for view in self._views(run):
                 if self.view is None:
                     self._act_again(folder, run, view)
                 self.view = view
@@ -235,6 +235,10 @@ class Engine(Shared):
         else:
             ended = self.view is not None and self.view.kind == "ended early"
             self._set("paused", self.view.warning if ended and self.view is not None else None)
+
+    def _views(self, run: GuidedRun) -> Iterator[RunView]:
+        """Returns the views of a run; none where it was to end before: then no table moves."""
+        return iter(()) if self._is_to_end else run.views()
 
     def _act_again(self, folder: RunFolder, run: GuidedRun, view: RunView) -> None:
         """Does what was asked for before the server ended, and was not carried out."""

@@ -35,6 +35,8 @@ class RunForm:
         self._shown: list[tuple[Field, Callable[[], str]]] = []
         """Fields, each with what it has to show."""
         self._armed: Element | None = None
+        self._motion, self._shows_armed = page.bench.motion, False
+        """Motion that is shown, and whether the table is shown as armed for it."""
         page.primary = page.bench.start
         page.scan = self._scan
         kind = page.bench.kind
@@ -183,12 +185,22 @@ class RunForm:
             lambda text: bench.change_table(limits=text),
         )
         with block("arm"):
-            self._armed = button(page.words("Arm the table"), page.guarded(bench.arm), "arm-button")
+            self._armed = button(page.words("Arm the table"), page.guarded(self._arm), "arm-button")
             Label(page.words("Armed, it moves by itself once the run starts. Keep clear of it."), "help")
 
     def _show_armed(self) -> None:
+        bench = self._page.bench
+        self._motion, self._shows_armed = bench.motion, bench.is_armed
         if self._armed is not None:
-            set_attribute(self._armed, "aria-pressed", "true" if self._page.bench.is_armed else "false")
+            set_attribute(self._armed, "aria-pressed", "true" if self._shows_armed else "false")
+
+    def _arm(self) -> None:
+        """Arms the table for what was shown, or disarms the one that was shown as armed."""
+        bench = self._page.bench
+        if self._shows_armed:
+            bench.disarm()
+        else:
+            bench.arm(self._motion)
 
     def _scan(self, text: str) -> None:
         page = self._page

@@ -60,7 +60,7 @@ class RunPanel:
         """Draws the newest view where there is a newer one."""
         engine = self._page.bench.engine
         bench = self._page.bench
-        seen = (engine.state, bench.table_of_paused, self._page.operates, engine.views, len(engine.notes))
+        seen = (engine.state, bench.paused_motion, self._page.operates, engine.views, len(engine.notes))
         if seen == self._seen:
             return
         state_is_new = self._seen[:3] != seen[:3]
@@ -119,11 +119,11 @@ class RunPanel:
                 for action in self._actions:
                     self._offer(action)
             elif engine.state in ("paused", "error"):
-                table = page.bench.table_of_paused
-                if table is not None:
-                    again = page.guarded(partial(page.bench.resume, armed=table))
+                motion = page.bench.paused_motion
+                if motion is not None:
+                    again = page.guarded(partial(page.bench.resume, armed=motion))
                     button(page.words("Arm the table and go on"), again, "arm-button large")
-                    Label(page.words("Table: {address}", address=table.address), "help")
+                    Label(page.words("Table: {address}", address=motion.table.address), "help")
                 else:
                     button(page.words("Go on"), page.guarded(page.bench.resume), "primary large")
                 if engine.state == "paused":
@@ -147,5 +147,5 @@ class RunPanel:
         bench = self._page.bench
         if bench.engine.state == "running":
             bench.engine.pause()
-        elif bench.engine.state in ("paused", "error") and bench.table_of_paused is None:
+        elif bench.engine.state in ("paused", "error") and bench.paused_motion is None:
             bench.resume()
