@@ -28,17 +28,20 @@ class FileStore:
 
     def __init__(self, url: str) -> None:
         import fsspec
+        import fsspec.implementations.local
 
         self.url = url
-        self.is_local = "://" not in url
         try:
-            self.files, self.root = fsspec.core.url_to_fs(str(Path(url).absolute()) if self.is_local else url)
+            is_path = "://" not in url
+            self.files, self.root = fsspec.core.url_to_fs(str(Path(url).absolute()) if is_path else url)
         except (ImportError, ValueError) as error:
             raise StoreError(f"{shown(url)}: {shown(str(error))}; give a folder or an s3:// URL") from error
         except (
             Exception
         ) as error:  # a store in a store is opened, by libraries that raise errors of their own
             raise store_error(url, error) from error
+        self.is_local = isinstance(self.files, fsspec.implementations.local.LocalFileSystem)
+        """Indicates whether it is a folder of this computer, given as a path or by `file://`."""
 
     def __str__(self) -> str:
         return shown(self.url)
@@ -116,7 +119,7 @@ def matching(pattern: str) -> Iterator[tuple[str, str]]:
     try:
         if place.is_local:
             # Sorted names alone: the facts about 100,000 files would take ten times their room.
-            for path in paths_like(pattern):
+            for path in paths_like(place.root):
                 path = str(Path(path).absolute())
                 yield path, version_of(place.files.info(path))
             return
