@@ -140,6 +140,9 @@ def test_paused_run_goes_on_or_is_calibrated(tmp_path, kind, order):
     assert str(engine.trouble) == "why"
     assert unfinished(tmp_path).path == folder.path
     assert not engine.moves_table
+    # One that was killed before it recorded anything hides it not.
+    RunFolder.begin(tmp_path, "turntable", order)
+    assert unfinished(tmp_path).path == folder.path
     engine.finish()
     assert ended(engine) == "result"
     assert unfinished(tmp_path) is None

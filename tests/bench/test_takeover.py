@@ -322,7 +322,7 @@ def test_a_table_stops_where_the_bench_is_handed_over(bench, table, operators):
 
 
 @pytest.mark.parametrize("away", [BROWSER_GONE + 1.0, HOLDS_FOR + 1.0])
-def test_a_table_moves_not_where_its_operator_left_while_it_is_planned(bench, table, operators, away):
+def test_a_table_moves_not_if_its_operator_left_as_it_was_planned(bench, table, operators, away):
     first, other = operators
     table._planning = lambda: 2.0 * HOLDS_FOR
     first.arm()

@@ -8,8 +8,24 @@ import sys
 import threading
 
 OPERATIONS = frozenset(
-    "open write writelines flush close __exit__ fsync truncate rename replace unlink remove mkdir rmdir link "
-    "symlink rmtree".split()
+    {
+        "open",
+        "write",
+        "writelines",
+        "flush",
+        "close",
+        "__exit__",
+        "fsync",
+        "truncate",
+        "rename",
+        "replace",
+        "unlink",
+        "remove",
+        "mkdir",
+        "rmdir",
+        "link",
+        "symlink",
+    }
 )
 """Names of functions in C that change files; what a buffer holds is lost where one comes before `flush`."""
 

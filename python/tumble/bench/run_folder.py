@@ -112,9 +112,9 @@ def runs_in(folder: Path) -> list[RunFolder]:
 
 
 def unfinished(folder: Path) -> RunFolder | None:
-    """Returns the latest run below a folder if it was recorded and has no results."""
-    latest = next(iter(runs_in(folder)), None)
-    return latest if latest is not None and latest.has_recording and not latest.is_finished else None
+    """Returns the latest run below a folder that was recorded, if it has no results."""
+    latest = next((run for run in runs_in(folder) if run.has_recording), None)
+    return None if latest is None or latest.is_finished else latest
 
 
 def _age(path: Path) -> tuple[float, str]:
