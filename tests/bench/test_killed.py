@@ -10,7 +10,7 @@ import pytest
 
 from killed_operations import killed_at
 from made_up_calibrations import made_up
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.bench import engine as engine_module
 from tumble.bench.bench import Bench
 from tumble.bench.run_folder import ACCEPTED, runs_in
@@ -118,9 +118,7 @@ def look(settings, reported):
 
 
 def test_a_killed_bench_loses_and_doubles_nothing(place):
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    chance = random.Random(seed)
+    chance = random.Random(drawn_seed())
     for each in range(DAYS):
         settings, reported = place(each), b""
         ours, told = socket.socketpair(type=socket.SOCK_DGRAM)

@@ -8,7 +8,7 @@ import pytest
 
 from fleet_jobs import SerialEngine, function_job, run_job, values_of
 from killed_operations import killed_at
-from repetitions import SOAK
+from repetitions import SOAK, drawn_seed
 from tumble.fleet.places import FileStore
 
 SEEDS = (0, 9)
@@ -33,9 +33,7 @@ def test_a_killed_write_leaves_what_was_there(tmp_path, kind):
 
 
 def test_a_killed_driver_leaves_whole_results_that_go_on(tmp_path):
-    seed = random.SystemRandom().randrange(2**32)
-    print(f"seed {seed}")
-    chance = random.Random(seed)
+    chance = random.Random(drawn_seed())
     whole = function_job(tmp_path / "whole", seeds=SEEDS)
     run_job(whole, SerialEngine())
     expected = values_of(whole)
