@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import yaml
@@ -76,15 +72,6 @@ def test_written_pose_list_is_the_given_one(tmp_path):
     assert [rest["pose"] for rest in truth["rests"]] == ["e", "a", "b", "c"]
 
 
-def test_json_names_every_file_that_was_written(tmp_path):
-    done = simulate(tmp_path, "--json", "--grades", "consumer,tactical")
-    content = json.loads(done.out)
-    assert set(content["files"]) == {"reference", "target_1", "target_2", "poses", "truth"}
-    assert sorted(content["files"].values()) == sorted(str(path) for path in tmp_path.iterdir())
-    assert content["seed"] == 1
-    assert set(content["samples"]) == {"reference", "target_1", "target_2"}
-
-
 def test_the_text_says_what_comes_next(tmp_path):
     done = simulate(tmp_path, "--fault", "target_1:gap", "--grades", "tactical")
     assert "fault: gap" in done.out
@@ -94,42 +81,3 @@ def test_the_text_says_what_comes_next(tmp_path):
 def test_next_command_fits_the_response_of_the_units(tmp_path):
     assert " --g-sensitivity -o results" in simulate(tmp_path, "--grades", "consumer").out
     assert "--g-sensitivity" not in simulate(tmp_path, "--grades", "consumer", "--no-g-sensitivity").out
-
-
-def test_the_same_command_writes_the_same_bytes_in_another_process(tmp_path):
-    options = [*QUICK, "--seed", 4, "--clocks", "apart"]
-    assert simulate(tmp_path / "one", *options).code == 0
-    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", "simulate", "turntable"]
-    subprocess.run([*map(str, [*command, "-o", tmp_path / "two", *options])], check=True)
-    for path in (tmp_path / "one").iterdir():
-        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--grades", "toy"), "unknown grade 'toy'"),
-        (("--rate", "0"), "sample rate, Hz, has to be positive"),
-        (("--seed", "-3"), "the seed is -3"),
-        (("--visits", "Q up"), "unknown pose 'Q up'"),
-        (("--fault", "target_1:broken"), "unknown fault 'broken'"),
-        (("--fault", "target_1:gap:start=soon"), "start needs a number, found 'soon'"),
-        (("--fault", "target_1:gap:colour=red"), "unknown key 'colour'"),
-        (("--fault", "target_7:gap"), "unknown unit 'target_7'"),
-        (("--poses", "nowhere.yaml"), "nowhere.yaml: no such pose list"),
-    ],
-)
-def test_a_mistake_is_one_line_and_exit_code_2_and_writes_nothing(tmp_path, arguments, words):
-    done = simulate(tmp_path / "out", *arguments)
-    assert done.code == 2
-    assert words in done.err
-    assert len(done.err.splitlines()) == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_unwritable_output_folder_is_reported_in_one_line(tmp_path):
-    (tmp_path / "file").write_text("mine")
-    done = simulate(tmp_path / "file")
-    assert done.code == 2
-    assert len(done.err.splitlines()) == 1
-    assert (tmp_path / "file").read_text() == "mine"

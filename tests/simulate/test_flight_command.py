@@ -192,15 +192,6 @@ def test_samples_of_an_mcap_are_logged_when_they_arrived(tmp_path):
     assert logged[:, 1] == pytest.approx(flight["primary"].time, abs=1e-8)
 
 
-def test_the_command_says_as_json_what_it_wrote(tmp_path):
-    done = typed("simulate", "flight", *QUICK, "--flights", "2", "--json", "-o", tmp_path)
-    content = json.loads(done.out)
-    assert set(content["files"]) == {"primary", "secondary_1", "secondary_2", "ideal", "units", "truth"}
-    assert len(content["rests"]) == 3
-    assert len(content["manoeuvres"]) == 2
-    assert content["samples"]["primary"] == pytest.approx(200.0 * content["duration"], abs=2)
-
-
 def test_vibration_and_sway_typed_are_those_flown(tmp_path):
     words = [
         "--vibration",
@@ -224,38 +215,6 @@ def test_vibration_and_sway_typed_are_those_flown(tmp_path):
     assert read["accelerometer"][hovering] == pytest.approx(
         np.tile([0.0, 0.0, GRAVITY], (hovering.sum(), 1)), abs=1e-9
     )
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--unit", "cheap"], "primary: unknown grade 'cheap'"),
-        (
-            ["--unit", "consumer:colour=red"],
-            "--unit consumer:colour=red: unknown key 'colour'; known are lever-arm",
-        ),
-        (["--unit", "consumer:lever-arm=1,2"], "lever-arm 1,2: needs 3 numbers"),
-        (["--unit", "consumer:rate=fast"], "rate fast: needs a number"),
-        (["--unit", "consumer:rate=-5"], "primary: rate_hz is -5"),
-        (["--fault", "wing:dead"], "--fault wing: unknown unit; there are primary, secondary_1, secondary_2"),
-        (["--fault", "primary:gone"], "unknown fault 'gone'"),
-        (["--sway", "1,1"], "--sway 1,1: needs 3 numbers"),
-        (["--mounting", "a,b,c"], "--mounting a,b,c: needs 3 numbers"),
-        (["--intensity", "7"], "intensity is 7"),
-        (["--vibration", "-1"], "vibration: specific_force is -1"),
-        (["--vibration-at-rest", "2"], "vibration: at_rest is 2"),
-        (["--duration", "nan"], "motion_seconds is nan"),
-        (["--flights", "0"], "flights is 0"),
-        (["--rest", "1e12"], "do not fit into memory"),
-    ],
-)
-def test_a_mistake_on_the_command_line_is_one_line_and_writes_nothing(tmp_path, words, message):
-    done = typed("simulate", "flight", *words, "-o", tmp_path / "out")
-    assert done.code == 2
-    assert done.err.startswith("tumble: error: ")
-    assert message in done.err
-    assert done.err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 def test_times_beyond_mcap_are_refused_in_one_line_and_leave_no_log(tmp_path):
