@@ -15,6 +15,7 @@ from ports import chosen_among_own
 from processor_time import ProcessorTime
 from repetitions import SOAK, repetitions
 from simulated_clock import DATE, SimulatedClock
+from tumble.foundation import clock
 from tumble.foundation.ending import ENDING
 
 # The duration of an example depends on the load of the computer.
@@ -55,6 +56,27 @@ def pytest_configure(config):
 def own_ports():
     """Two processes that run tests choose different ports."""
     with chosen_among_own():
+        yield
+
+
+class ComputerClock(clock.Clock):
+    """The clock of the computer, by which tests wait for events alone."""
+
+    def sleep(self, seconds):
+        raise AssertionError(f"waits {seconds} s by the computer's clock; take the fixture simulated_clock")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_wall_time():
+    """No test waits until time has passed, but in `make soak`."""
+    with clock.replaced_by(clock.Clock() if SOAK else ComputerClock()):
+        yield
+
+
+@pytest.fixture
+def computer_clock():
+    """The clock of the computer as it is, for libraries of others that find one another in its time."""
+    with clock.replaced_by(clock.Clock()):
         yield
 
 

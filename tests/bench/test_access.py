@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from bench_pages import chromium, opened, serving, waited
+from patience import PATIENCE
 from repetitions import SOAK
 from tumble.bench.access import HOLDS_FOR, Access
 from tumble.bench.gate import MOST_SOCKETS_OF_ONE
@@ -36,7 +37,7 @@ def bench(tmp_path_factory):
 def asked(bench, path="/", method="GET", body=None, **headers):
     """Asks once; returns status, headers and text."""
     place = urlsplit(bench.site)
-    line = http.client.HTTPConnection(place.hostname, place.port, timeout=30)
+    line = http.client.HTTPConnection(place.hostname, place.port, timeout=PATIENCE)
     try:
         line.request(method, path, body, {name.replace("_", "-"): text for name, text in headers.items()})
         answer = line.getresponse()
@@ -73,7 +74,7 @@ def handshake(host, cookie="", origin=None):
 def socket_status(bench, cookie="", origin=None, host=None):
     """Asks for a socket; returns the status of the answer, 101 where it is opened, and the socket."""
     place = urlsplit(bench.site)
-    line = socket.create_connection((place.hostname, place.port), timeout=30)
+    line = socket.create_connection((place.hostname, place.port), timeout=PATIENCE)
     line.sendall(handshake(host or place.netloc, cookie, origin))
     return int(line.recv(1024).split()[1]), line
 
@@ -162,7 +163,7 @@ def test_large_messages_and_bodies_are_refused(bench):
         with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012 - sent in parts, closed at any of them
             line.send("4" + "x" * 10_000_000)
             while True:
-                line.recv(timeout=30)
+                line.recv(timeout=PATIENCE)
     assert serves(bench, cookie)
 
 
@@ -189,7 +190,7 @@ def test_many_sockets_are_refused_and_the_bench_goes_on(bench):
                 try:
                     reader, writer = await asyncio.open_connection(place.hostname, place.port)
                     writer.write(handshake(place.netloc, cookie, bench.site))
-                    answer = await asyncio.wait_for(reader.readline(), 30.0)
+                    answer = await asyncio.wait_for(reader.readline(), PATIENCE)
                 except (OSError, asyncio.TimeoutError):
                     return
                 if b" 101 " not in answer:

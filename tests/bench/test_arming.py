@@ -6,6 +6,7 @@ from types import FunctionType
 
 import pytest
 
+from ports import free_port
 from tumble.bench import engine as engine_module
 from tumble.bench.authority import NotOperatorError, Shared, acting
 from tumble.bench.bench import Bench
@@ -26,8 +27,8 @@ POSES = "schema: tumble-poses/1\nposes:\n- {name: Z up, up: [0, 0, 1]}\n"
 def bench(tmp_path):
     (tmp_path / "poses.yaml").write_text(POSES)
     found = Bench(BenchSettings(folder=tmp_path))
-    found.add_source(BenchSource("reference", "udp://127.0.0.1:29321"))
-    found.add_source(BenchSource("one", "udp://127.0.0.1:29322"))
+    found.add_source(BenchSource("reference", f"udp://127.0.0.1:{free_port()}"))
+    found.add_source(BenchSource("one", f"udp://127.0.0.1:{free_port()}"))
     found.change_table(address="simulated:two-axis", limits="rate=10")
     found.answer("poses", "poses.yaml")
     yield found

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import replace
 
 import pytest
 
+from ports import free_port
 from tumble.bench import engine as engine_module
 from tumble.bench.bench import Bench
 from tumble.bench.engine import Engine
@@ -15,6 +15,7 @@ from tumble.bench.run_commands import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
 from tumble.bench.sources import BenchSource
+from tumble.foundation import clock
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.message import message
 from tumble.logs.options import ReadOptions
@@ -22,7 +23,8 @@ from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
 from tumble.tools.guided.view import RunAction, RunView
 
-PATIENCE = 30.0
+LOOK = 0.1
+"""s between two looks of one that waits, by the simulated clock."""
 
 
 class StandInRun:
@@ -30,8 +32,8 @@ class StandInRun:
 
     def __init__(self, order):
         self.order = order
-        self.may_go_on = threading.Semaphore(0)
-        self.stopped = threading.Event()
+        self.may_hold = 0
+        self.is_stopped = False
 
     def views(self):
         (self.order.folder / "session").mkdir(exist_ok=True)
@@ -42,14 +44,15 @@ class StandInRun:
             yield RunView(
                 kind="held", elapsed=number, instruction=hold, subject=f"pose {number}", actions=(redo,)
             )
-            self.may_go_on.acquire(timeout=PATIENCE)
-            if self.stopped.is_set():
+            while not (self.may_hold or self.is_stopped):
+                clock.sleep(LOOK)
+            if self.is_stopped:
                 return
+            self.may_hold -= 1
         yield RunView(kind="done", elapsed=3.0, instruction=message("Done."))
 
     def stop(self):
-        self.stopped.set()
-        self.may_go_on.release()
+        self.is_stopped = True
 
     def act(self, action, subject=""):
         self.acted = (action, subject)
@@ -82,7 +85,7 @@ class StandInKind:
 
 
 @pytest.fixture
-def kind(monkeypatch):
+def kind(monkeypatch, simulated_clock):
     made = StandInKind()
     monkeypatch.setattr(engine_module, "run_kind", lambda _word: made)
     return made
@@ -100,14 +103,14 @@ def order(tmp_path):
 
 
 def ended(engine):
-    engine._thread.join(PATIENCE)
+    clock.wait(engine._thread)
     return engine.state
 
 
 def let_on(kind, times=1):
     while not kind.runs:
-        threading.Event().wait(0.01)
-    kind.runs[-1].may_go_on.release(times)
+        clock.sleep(LOOK)
+    kind.runs[-1].may_hold += times
 
 
 def test_run_ends_in_an_outcome_that_a_restart_finds(tmp_path, kind, order):
@@ -134,7 +137,7 @@ def test_paused_run_goes_on_or_is_calibrated(tmp_path, kind, order):
     folder = RunFolder.begin(tmp_path, "turntable", order)
     engine.begin(folder, order)
     while not engine.views:
-        threading.Event().wait(0.01)
+        clock.sleep(LOOK)
     engine.pause(message("why"))
     assert ended(engine) == "paused"
     assert str(engine.trouble) == "why"
@@ -152,7 +155,7 @@ def test_commands_stand_in_the_session_and_are_done_after_a_restart(tmp_path, ki
     engine, folder = Engine(), RunFolder.begin(tmp_path, "turntable", order)
     engine.begin(folder, order)
     while not engine.views:
-        threading.Event().wait(0.01)
+        clock.sleep(LOOK)
     engine.act("redo", "pose 0")
     engine.act("redo", "pose 2")
     engine.pause()
@@ -161,7 +164,7 @@ def test_commands_stand_in_the_session_and_are_done_after_a_restart(tmp_path, ki
     again.adopt(folder)
     again.begin(folder, replace(order, resume=True))
     while not again.views:
-        threading.Event().wait(0.01)
+        clock.sleep(LOOK)
     assert kind.runs[-1].acted == ("redo", "pose 2")
     let_on(kind, 3)
     assert ended(again) == "result"
@@ -198,9 +201,9 @@ def test_table_is_disarmed_in_what_a_restart_reads(tmp_path, order):
 def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
     bench = Bench(BenchSettings(folder=tmp_path))
     try:
-        bench.add_source(BenchSource("reference", "udp://127.0.0.1:29311"))
-        bench.add_source(BenchSource("one", "udp://127.0.0.1:29312"))
-        bench.add_source(BenchSource("two", "udp://127.0.0.1:29313"))
+        bench.add_source(BenchSource("reference", f"udp://127.0.0.1:{free_port()}"))
+        bench.add_source(BenchSource("one", f"udp://127.0.0.1:{free_port()}"))
+        bench.add_source(BenchSource("two", f"udp://127.0.0.1:{free_port()}"))
         assert [bench.take_serial(text) for text in ("A", "B", "C")] == ["one", "two", ""]
         with pytest.raises(TumbleError, match="scanned already"):
             bench.take_serial("A")

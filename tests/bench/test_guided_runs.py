@@ -72,7 +72,7 @@ def answer_and_start(page, **answers):
 
 def verdict(page):
     """Waits for the verdict of a run; returns it."""
-    page.locator(".verdict-word").wait_for(timeout=120_000.0)
+    page.locator(".verdict-word").wait_for()
     return page.locator(".verdict-word").inner_text()
 
 
@@ -121,7 +121,7 @@ def test_set_shows_each_unit_its_deviations_and_events(page, bench):
 
 def test_finished_set_has_the_events_of_a_replay(page, bench):
     page.get_by_role("button", name="Finish now").click()
-    assert verdict(page) in ("Passed", "Look at it")
+    shown = verdict(page)
     folder = folder_of(bench, "redundancy")
     assert page.locator(".unit-tile").count() == 3
     assert (folder / "redundancy.html").exists()
@@ -130,12 +130,14 @@ def test_finished_set_has_the_events_of_a_replay(page, bench):
     again = tumble.redundancy("primary", units, log=folder / "session", settings=settings)
     events = (folder / "events.jsonl").read_text(encoding="utf-8").splitlines()
     assert events == list(event_lines(again))
+    # Units of a busy computer are late, in the replay too.
+    assert (shown == "Failed") == (again.verdict == "fail")
 
 
 def test_spin_counts_turns_and_passes(page, bench):
     begin(page, "spin")
     page.locator(".tile.current").first.wait_for()
-    page.locator(".instruction", has_text="turning").wait_for(timeout=120_000.0)
+    page.locator(".instruction", has_text="turning").wait_for()
     assert differences(page, "spin") == []
     assert not violations(page)
     assert verdict(page) == "Passed"

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hostile import few, for_long
+from ports import free_port
 from tumble.bench.authority import acting
 from tumble.bench.bench import STATE, Bench
 from tumble.bench.run_commands import COMMANDS, CommandLog
@@ -33,7 +34,7 @@ def folder(tmp_path):
     """A folder with a run and its outcome, and with the state of a bench."""
     order = RunOrder(
         folder=tmp_path,
-        sources={"a": "udp://127.0.0.1:29411"},
+        sources={"a": f"udp://127.0.0.1:{free_port()}"},
         reading={"a": ReadOptions(accelerometer_scale=(1.0, 2.0, 3.0), serial="1")},
         options={"rate": 10.0, "field": True, "limits": "limits.yaml"},
         table=TableOrder(address="simulated:two-axis"),
@@ -45,7 +46,7 @@ def folder(tmp_path):
     run.keep_outcome(RunOutcome(verdict="passed", units=(unit,), reasons=(reason,)))
     bench = Bench(BenchSettings(folder=tmp_path, host="127.0.0.1", port=0))
     with acting(lambda: True):
-        bench.add_source(BenchSource("reference", "udp://127.0.0.1:29411", "R-1"))
+        bench.add_source(BenchSource("reference", f"udp://127.0.0.1:{free_port()}", "R-1"))
     bench.close()
     return tmp_path
 

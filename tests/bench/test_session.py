@@ -103,7 +103,7 @@ def test_escape_stops_the_table_and_the_run_goes_on(page):
 
 
 def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
-    waited(page, lambda: gone_on(page), 300.0)
+    waited(page, lambda: gone_on(page))
     assert page.locator(".verdict-word").inner_text() == "Failed"
     assert page.locator(".verdict").bounding_box()["height"] > 300.0
     bad = page.locator(".unit-tile.bad")

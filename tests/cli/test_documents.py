@@ -135,18 +135,18 @@ def test_a_mistake_is_a_line_alone_where_no_json_was_asked_for(words):
 
 
 LIVE = {
-    "record-event": "record imu=replay:{0}/spin/spin.csv?speed=40 -o {0}/recorded",
-    "spin-event": "spin --live replay:{0}/spin/spin.csv?speed=40 -o {0}/live_spin",
-    "multipose-event": "multipose --live replay:{0}/multipose/multipose.csv?speed=40 -o {0}/live_multipose",
-    "turntable-event": "turntable --live reference=replay:{0}/turntable/reference.csv?speed=40 "
-    "target_1=replay:{0}/turntable/target_1.csv?speed=40 --pose-seconds 3 -o {0}/live_turntable",
-    "redundancy-event": "redundancy --live primary=replay:{0}/flight/primary.csv?speed=40 "
-    "secondary_1=replay:{0}/flight/secondary_1.csv?speed=40 -o {0}/live_redundancy",
+    "record-event": "record imu=replay:{0}/spin/spin.csv -o {0}/recorded",
+    "spin-event": "spin --live replay:{0}/spin/spin.csv -o {0}/live_spin",
+    "multipose-event": "multipose --live replay:{0}/multipose/multipose.csv -o {0}/live_multipose",
+    "turntable-event": "turntable --live reference=replay:{0}/turntable/reference.csv "
+    "target_1=replay:{0}/turntable/target_1.csv --pose-seconds 3 -o {0}/live_turntable",
+    "redundancy-event": "redundancy --live primary=replay:{0}/flight/primary.csv "
+    "secondary_1=replay:{0}/flight/secondary_1.csv -o {0}/live_redundancy",
 }
 
 
 @pytest.mark.parametrize("name", EVENTS)
-def test_events_of_a_live_session_are_what_their_schema_says(printed, simulated, name):
+def test_events_of_a_live_session_are_what_their_schema_says(printed, simulated, simulated_clock, name):
     done = typed(*shlex.split(LIVE[name].format(simulated)), "--json")
     *events, last = map(json.loads, done.out.splitlines())
     schema = Draft202012Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text()))

@@ -12,6 +12,7 @@ import pytest
 
 import tumble
 from log_fixtures import made_up, write
+from patience import PATIENCE
 from turntable_sessions import one_line, typed
 
 COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
@@ -146,7 +147,7 @@ def test_control_c_while_a_thread_starts_ends_the_process():
     code += "workers = ThreadPoolExecutor()\n"
     code += "try:\n    workers.submit(int)\n    signal.pause()\nexcept KeyboardInterrupt: sys.exit(130)"
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=30
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=PATIENCE
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 

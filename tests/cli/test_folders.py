@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, write
+from patience import PATIENCE
 from tumble.foundation.errors import OutputError
 from tumble.foundation.files import files_of_command, prepare_folder
 from tumble.foundation.folder_lock import LOCK_FILE
@@ -68,7 +69,11 @@ def test_a_recorder_and_a_run_keep_each_other_out(tmp_path, log, holder):
     holder.wait()
     with SessionWriter(folder, units(), "host"):
         run = subprocess.run(
-            [sys.executable, "-c", HOLD, str(folder)], capture_output=True, text=True, check=False, timeout=60
+            [sys.executable, "-c", HOLD, str(folder)],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=PATIENCE,
         )
         assert f"another run (process {os.getpid()}) writes into this folder" in run.stderr
         with pytest.raises(OutputError, match="another run"):

@@ -22,6 +22,8 @@ from tumble.live.ros2_domain import Domain
 from tumble.live.ros2_output import _message
 from turntable_sessions import typed
 
+pytestmark = pytest.mark.usefixtures("computer_clock")
+
 SAMPLES, RATE = 300, 300.0
 ENDLESS = 10**7
 """Samples of a publisher that sends for as long as anybody could listen: the first ones may be lost."""

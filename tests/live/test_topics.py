@@ -20,6 +20,8 @@ from tumble.live.ros2_zenoh import ZenohSender, sender_of
 from tumble.logs.options import ReadOptions
 from turntable_sessions import one_line, typed
 
+pytestmark = pytest.mark.usefixtures("computer_clock")
+
 RATE = 200.0
 DOMAIN = "7"
 
@@ -29,15 +31,17 @@ def running(program, *words):
     """Another process, once it has printed a line."""
     environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN}
     process = subprocess.Popen(
-        [sys.executable, program.__file__, *map(str, words)], stdout=subprocess.PIPE, env=environment
+        [sys.executable, program.__file__, *map(str, words)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
     )
     try:
         assert process.stdout.readline()
         yield
     finally:
         process.kill()
-        process.wait()
-        process.stdout.close()
+        process.communicate()
 
 
 @pytest.fixture(scope="module")

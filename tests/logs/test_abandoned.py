@@ -9,14 +9,15 @@ import sys
 import pytest
 
 from log_fixtures import made_up, write_text
+from patience import PATIENCE
 
 SAMPLES = 6000
-LONGEST_SECONDS = 120.0
 BEGIN = """
 import gc, os, sys
 from pathlib import Path
 from tumble.logs import csv
 from tumble.logs.options import ReadOptions
+
 
 csv.CHUNK_SAMPLES = 1  # the smallest blocks: many in a small file
 log = csv.open_logged_imu(Path(sys.argv[1]), None, ReadOptions())
@@ -60,7 +61,7 @@ def test_a_pass_ends_whatever_became_of_those_before(before, tmp_path):
         [sys.executable, "-c", BEGIN + before + END, log],
         capture_output=True,
         text=True,
-        timeout=LONGEST_SECONDS,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -80,6 +81,6 @@ def a_pass():
         capture_output=True,
         text=True,
         check=True,
-        timeout=LONGEST_SECONDS,
+        timeout=PATIENCE,
     )
     assert done.stdout == f"{sum(range(1, 100))}\n"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, real, refusal, write
+from patience import PATIENCE
 from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
 from turntable_sessions import typed
@@ -233,7 +234,7 @@ def test_a_pipe_or_a_device_is_refused_at_once(tmp_path, arguments):
         [sys.executable, "-c", MAIN, *(str(places.get(word, word)) for word in arguments)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 2

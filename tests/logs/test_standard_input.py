@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from log_fixtures import made_up, write_text
+from patience import PATIENCE
 from turntable_sessions import one_line, typed
 
 
@@ -33,7 +34,7 @@ def test_a_log_is_read_from_standard_input(content, monkeypatch):
 def test_a_process_reads_what_is_piped_into_it(content):
     code = "from tumble.cli.main import main; main()"
     command = [sys.executable, "-c", code, "inspect", "-"]
-    done = subprocess.run(command, input=content, capture_output=True, timeout=60, check=False)
+    done = subprocess.run(command, input=content, capture_output=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     assert b"300 samples" in done.stdout
     assert done.stderr == b""

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import tumble
 from live_benches import simulated_bench, words_of
+from patience import PATIENCE
 from ports import free_port
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.goal import Goal
@@ -385,10 +386,10 @@ def test_session_and_simulated_hand_on_a_pipe_finish_together(tmp_path):
         stdin=session.stdout,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=PATIENCE,
         check=False,
     )
-    _, said = session.communicate(timeout=600)
+    _, said = session.communicate(timeout=PATIENCE)
     assert session.returncode == 0, said.decode()
     assert bench.returncode == 0, bench.stderr
     assert list((tmp_path / "out").glob("*.multipose.yaml"))

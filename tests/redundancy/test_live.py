@@ -16,6 +16,7 @@ import pytest
 from rich.console import Console
 
 import tumble
+from patience import PATIENCE
 from ports import free_port
 from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
 from repetitions import drawn_seed
@@ -312,7 +313,7 @@ def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
     )
     listening, first = (json.loads(running.stdout.readline()) for _ in range(2))
     running.send_signal(signal.SIGTERM)
-    out, _ = running.communicate(timeout=60)
+    out, _ = running.communicate(timeout=PATIENCE)
     assert listening == {"event": "listening", "units": ["imu1", "imu2", "imu3"]}
     assert first["event"] == "selected"
     assert json.loads(out.splitlines()[-1])["event"] == "result"

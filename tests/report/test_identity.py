@@ -9,6 +9,7 @@ import subprocess
 
 import pytest
 
+from patience import PATIENCE
 from tumble.foundation.provenance import Provenance
 from tumble.report.identity import Identity, css_string
 from turntable_sessions import typed
@@ -50,7 +51,7 @@ def test_each_printed_page_has_its_number_of_how_many(pages, tmp_path):
     quiet = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking")
     out = tmp_path / "page.pdf"
     words = [BROWSER, *quiet, "--no-pdf-header-footer", f"--print-to-pdf={out}", path.as_uri()]
-    subprocess.run(words, check=True, capture_output=True, timeout=120)
+    subprocess.run(words, check=True, capture_output=True, timeout=PATIENCE)
     text = subprocess.run(["pdftotext", out, "-"], check=True, capture_output=True, text=True).stdout
     numbers = re.findall(r"page (\d+) of (\d+)", text)
     assert len(numbers) > 1

@@ -15,12 +15,12 @@ from urllib.parse import urlencode, urlsplit
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from patience import PATIENCE
+
 _CLIENT = re.compile(r"'client_id': '([^']+)'")
 _ELEMENTS = re.compile(r"parseElements\(String\.raw`(.*?)`\)", re.DOTALL)
 BETWEEN_BEATS = 0.3
 """s between two signs of life."""
-PATIENCE = 60.0
-"""s that a busy computer may take for what a page shows."""
 
 
 def unsafe_tls():

@@ -6,19 +6,19 @@ import json
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import sync_playwright
 
+from patience import PATIENCE
 from repetitions import SOAK
+from tumble.foundation import clock
 
 CHROMIUM = "/usr/bin/chromium"
 SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
-PATIENCE = 60_000.0
-"""ms that a busy computer may take for what a page shows."""
 LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if SOAK else ()))
 """Widths and colours in which screens are examined."""
 QUICK = ("--speed", "4", "--rate", "50")
@@ -73,7 +73,7 @@ class BenchProcess:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
-            return self.process.communicate(timeout=60)[1]
+            return self.process.communicate(timeout=PATIENCE)[1]
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise
@@ -95,7 +95,9 @@ def chromium():
     if not Path(CHROMIUM).exists():
         pytest.skip(f"no {CHROMIUM}; scripts/install_test_tools.sh installs it")
     with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", SOFTWARE_PICTURES])
+        browser = driver.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", SOFTWARE_PICTURES], timeout=1000.0 * PATIENCE
+        )
         try:
             yield browser
         finally:
@@ -107,7 +109,7 @@ def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", *
     context = browser.new_context(
         viewport={"width": width, "height": 900}, color_scheme=scheme, ignore_https_errors=True, **options
     )
-    context.set_default_timeout(PATIENCE)
+    context.set_default_timeout(1000.0 * PATIENCE)
     page = context.new_page()
     page.script_errors = []
     page.on("pageerror", lambda error: page.script_errors.append(str(error)))
@@ -117,13 +119,35 @@ def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", *
     return page
 
 
-def waited(page, condition, seconds: float = 60.0):
+def await_drawing(page, times: int = 6) -> None:
+    """Waits until a page has been drawn so many times."""
+    page.wait_for_function(
+        """times => {
+            window.drawn = (window.drawn ?? 0) + 1;
+            return window.drawn > times && !(window.drawn = 0);
+        }""",
+        arg=times,
+    )
+
+
+def await_rest(page) -> None:
+    """Waits until a page has its size and colours: it is drawn with them, and nothing moves to an end."""
+    await_drawing(page, 2)
+    page.wait_for_function(
+        """document.getAnimations().every(
+            each => each.playState !== "running" || each.effect.getComputedTiming().endTime === Infinity
+        )"""
+    )
+
+
+def waited(page, condition):
     """Waits until a condition of ours is true, and returns what it gave."""
-    for _ in range(int(10 * seconds)):
+    until = clock.now() + PATIENCE
+    while clock.now() < until:
         if found := condition():
             return found
-        page.wait_for_timeout(100)
-    raise AssertionError(f"not within {seconds:g} s: {page.locator('#screen').inner_text()[:500]}")
+        await_drawing(page)
+    raise AssertionError(f"not within the time: {page.locator('body').inner_text()[:500]}")
 
 
 def gone_on(page):
@@ -133,9 +157,9 @@ def gone_on(page):
     for name in ("Go on", "Arm the table and go on"):
         button = page.get_by_role("button", name=name, exact=True)
         if button.count() and button.first.is_visible():
-            with suppress(Exception):  # it is gone once the run goes on
-                button.first.click(timeout=2000.0)
-            page.wait_for_timeout(1000.0)
+            # It may be gone by now, as the run goes on; the page takes a while to show it.
+            button.evaluate_all("found => found.forEach(each => each.click())")
+            await_drawing(page, 60)
     return False
 
 
@@ -159,7 +183,7 @@ def violations(page):
     for width, scheme in LOOKS:
         page.set_viewport_size({"width": width, "height": 900})
         page.emulate_media(color_scheme=scheme)
-        page.wait_for_timeout(150)
+        await_rest(page)
         # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
         page.wait_for_function(
             "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"

@@ -1,11 +1,10 @@
-"""A server of Foxglove's own SDK that sends an IMU in several encodings until it is killed.
+"""A server of Foxglove's own SDK that sends an IMU in several encodings until its standard input is closed.
 
 python foxglove_publisher.py PORT RATE
 """
 
 import json
 import sys
-import time
 
 import foxglove
 from foxglove import Channel, Schema
@@ -15,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import ros2_publisher
 from made_up_protobuf import imu_message
+from paced import numbers_at
 
 
 def sample(number, rate):
@@ -49,8 +49,7 @@ def main():
     )
     foxglove.start_server(host="127.0.0.1", port=port)
     print("serving", flush=True)
-    began, number = time.monotonic(), 0
-    while True:
+    for number in numbers_at(rate):
         message, content = sample(number, rate)
         packed_ros = bytes(message.serialize())
         ros.log(packed_ros)
@@ -61,8 +60,6 @@ def main():
         names = ("acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z")
         stamped = kind(time_us=round(1e6 * number / rate), **dict(zip(names, values, strict=True)))
         packed.log(stamped.SerializeToString())
-        number += 1
-        time.sleep(max(0.0, began + number / rate - time.monotonic()))
 
 
 if __name__ == "__main__":

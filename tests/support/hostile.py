@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import tracemalloc
-from time import monotonic
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from repetitions import SOAK
+from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 
@@ -30,9 +30,9 @@ few = settings(
 
 def for_long(check, share=1.0):
     """Tests a property with a few examples; in `make soak`, with ever new ones for this share of the time."""
-    until = monotonic() + share * SOAK_SECONDS
+    until = clock.now() + share * SOAK_SECONDS
     check()
-    while SOAK and monotonic() < until:
+    while SOAK and clock.now() < until:
         check()
 
 

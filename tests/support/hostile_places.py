@@ -16,14 +16,13 @@ from typing import Any
 
 import typer
 
+from patience import PATIENCE
 from tumble.cli.commands import COMMANDS, command_line
 
 _PLACE = re.compile(
     r"FILE|DIR|LOG|FOLDER|JOB|RESULT|SOURCE|REFERENCE|TARGET|PRIMARY|URL|\bTO\b|SESSION|DRIVER"
 )
 """Words for places in what help shows of a parameter."""
-PATIENCE = 30
-"""s, after which a command that should have refused hangs."""
 
 
 class HangError(BaseException):

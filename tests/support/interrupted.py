@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 import pty
-import select
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
+
+from patience import PATIENCE
+from tumble.foundation import clock
 
 COMMAND = Path(sys.executable).with_name("tumble")
 """Script that pip has written."""
 CONTROL_C = b"\x03"
 HIDDEN, SHOWN = b"\x1b[?25l", b"\x1b[?25h"
 TRACES = (b"Traceback", b"Exception ignored", b"panicked", b"Fatal Python error", b"KeyboardInterrupt")
-ENDED_WITHIN = 120.0
-"""s after Ctrl-C, on a busy computer."""
 LEADER = """
 import fcntl, os, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
@@ -98,10 +97,10 @@ class Terminal:
 
     def read(self, seconds):
         """Reads for so many s, or to the end."""
-        until = time.monotonic() + seconds
-        while self._is_open and (left := until - time.monotonic()) > 0.0:
+        until = clock.now() + seconds
+        while self._is_open and (left := until - clock.now()) > 0.0:
             try:
-                if select.select([self._ours], [], [], left)[0]:
+                if clock.readable(self._ours, left):
                     self._take(os.read(self._ours, 1 << 16))
             except OSError:  # the last one that had it open has ended
                 self._is_open = False
@@ -117,7 +116,7 @@ class Terminal:
 
     def ended(self) -> Ended:
         """Waits until the command has ended; one that hangs fails the test."""
-        self.read(ENDED_WITHIN)
+        self.read(PATIENCE)
         os.close(self._ours)
         if self._is_open:
             self.process.kill()

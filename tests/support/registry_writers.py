@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from made_up_calibrations import made_up, save
+from patience import PATIENCE
 from tumble.laboratory.registry import Registry
 
 WRITER = """
@@ -61,7 +62,7 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
 
 def said(writer: subprocess.Popen[str]) -> set[str]:
     """Identities that a program printed in whole before its end."""
-    out, _ = writer.communicate(timeout=600)
+    out, _ = writer.communicate(timeout=PATIENCE)
     return set(filter(is_identity, out.splitlines()))
 
 

@@ -9,8 +9,8 @@ import math
 import os
 import sys
 import threading
-import time
 from dataclasses import dataclass
+from itertools import islice
 
 from cyclonedds.core import Listener, Policy, Qos
 from cyclonedds.domain import DomainParticipant
@@ -19,6 +19,8 @@ from cyclonedds.idl.types import array, float64, int32, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+
+from paced import numbers_at
 
 LOOPBACK = """
 <CycloneDDS><Domain>
@@ -115,12 +117,10 @@ def main():
         field = DataWriter(participant, Topic(participant, f"rt{topic}", Magnetic), qos=qos)
     print("there", flush=True)
     matched.wait()
-    began = time.monotonic()
-    for number in range(int(samples)):
+    for number in islice(numbers_at(float(rate)), int(samples)):
         if field is not None and number % 5 == 0:
             field.write(magnetic(number, float(rate)))
         writer.write(message(number, float(rate), "--absent" in sys.argv))
-        time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))
     # Those that are on their way still arrive: it stays until nobody wants it any more.
     sys.stdin.read()
 

@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from bench_pages import await_rest
+
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 SCREENS = ROOT / "tests" / "bench" / "screens"
@@ -58,7 +60,7 @@ def differences(page, name):
     page.evaluate("document.activeElement.blur()")
     # A busy computer loses samples of its own simulated units; warnings push down all that is below them.
     page.add_style_tag(content=".warnings { display: none }")
-    page.wait_for_timeout(150)
+    await_rest(page)
     parts, picture = page.evaluate(_PARTS), page.screenshot()
     if "TUMBLE_PICTURES" in os.environ:
         _keep(name, parts, picture)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from patience import PATIENCE
 from tumble.foundation import clock
 from tumble.tools.simulate.live.table_server import TableServer
 from tumble.tools.table.profile import load_profile
@@ -89,7 +90,7 @@ class ObservedTable:
 
         return noted
 
-    def wait(self, condition, patience=60.0):
+    def wait(self, condition, patience=PATIENCE):
         """Waits until what was commanded fulfils a condition."""
         with self._changed:
             assert self._changed.wait_for(lambda: condition(self.told), patience), self.told

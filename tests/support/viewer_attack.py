@@ -21,6 +21,8 @@ from nicegui.client import Client
 from websockets.exceptions import ConnectionClosed
 
 from bench_client import BenchClient
+from patience import PATIENCE
+from ports import free_port
 from tumble.bench import guest_work
 from tumble.bench.address import entrances
 from tumble.bench.authority import acting
@@ -192,21 +194,21 @@ def drain():
     async def ended():
         tasks = [each for each in background_tasks.running_tasks if is_handler(each)]
         if tasks:
-            await asyncio.wait(tasks, timeout=60.0)
+            await asyncio.wait(tasks, timeout=PATIENCE)
 
     def is_handler(task):
         is_loop = task.get_coro().__qualname__.endswith("._run_in_loop")
         return task.get_name().startswith("<") and not is_loop
 
-    asyncio.run_coroutine_threadsafe(ended(), core.loop).result(90.0)
+    asyncio.run_coroutine_threadsafe(ended(), core.loop).result(PATIENCE)
 
 
 def prepare(bench, stage):
     """Brings the bench into a state."""
     with as_bench():
         if stage == "idle":
-            bench.add_source(BenchSource("reference", "udp://127.0.0.1:29411", "R-1"))
-            bench.add_source(BenchSource("target_1", "udp://127.0.0.1:29412"))
+            bench.add_source(BenchSource("reference", f"udp://127.0.0.1:{free_port()}", "R-1"))
+            bench.add_source(BenchSource("target_1", f"udp://127.0.0.1:{free_port()}"))
             bench.choose("turntable")
             bench.change_table(address="simulated:two-axis", limits="rate=10")
         elif stage == "paused":

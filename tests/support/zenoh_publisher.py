@@ -7,11 +7,11 @@ python zenoh_publisher.py END_POINT --router
 import os
 import signal
 import sys
-import time
 
 import zenoh
 
 import ros2_publisher
+from paced import numbers_at
 
 HASH = "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
 
@@ -45,13 +45,10 @@ def main():
         beside = sys.argv[sys.argv.index("--field") + 1]
         field = session.declare_publisher(f"{domain}{beside}/sensor_msgs::msg::dds_::MagneticField_/{HASH}")
     print("sending", len(tokens), flush=True)
-    began, number = time.monotonic(), 0
-    while True:
+    for number in numbers_at(float(rate)):
         if field is not None and number % 5 == 0:
             field.put(bytes(ros2_publisher.magnetic(number, float(rate)).serialize()))
         publisher.put(bytes(ros2_publisher.message(number, float(rate), False).serialize()))
-        number += 1
-        time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))
 
 
 if __name__ == "__main__":

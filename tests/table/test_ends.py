@@ -16,6 +16,7 @@ import pytest
 from bench_client import BenchClient
 from bench_pages import BenchProcess
 from live_benches import QUICK_BENCH, words_of
+from patience import PATIENCE
 from repetitions import SOAK, drawn_seed
 from table_fixtures import ObservedTable, served
 from tumble.foundation.ending import ENDING
@@ -91,7 +92,7 @@ def moving(*words, **options):
 
 def assert_ends(process, number):
     """Asserts that a process ends by a signal, without a traceback."""
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == (130 if number == signal.SIGINT else -number)
     assert "Traceback" not in err
 
@@ -122,14 +123,14 @@ def test_a_table_in_a_thread_is_stopped_while_the_main_one_is_busy():
 
 def test_signal_that_another_thread_took_ends_the_main_wait():
     with running("-c", textwrap.dedent(TO_ANOTHER_THREAD)) as process:
-        process.communicate(timeout=60)
+        process.communicate(timeout=PATIENCE)
         assert process.returncode == 128 + signal.SIGTERM
 
 
 def test_a_thread_that_holds_a_table_ends_with_the_program():
     program = textwrap.dedent(IN_A_THREAD.format(main="sys.stdin.readline()"))
     with moving("-c", program, stdin=subprocess.PIPE) as (process, table):
-        process.communicate("\n", timeout=60)
+        process.communicate("\n", timeout=PATIENCE)
         assert process.returncode == 0
         table.wait_until_it_is_stopped()
 
@@ -139,13 +140,13 @@ def test_a_killed_program_leaves_its_table_to_a_survivor(number):
     with moving("-m", "tumble", *TURNING) as (process, table):
         process.send_signal(number)
         table.wait_until_it_is_stopped()
-        assert "its program died, and the table was stopped" in process.communicate(timeout=60)[1]
+        assert "its program died, and the table was stopped" in process.communicate(timeout=PATIENCE)[1]
 
 
 def test_a_crash_in_native_code_leaves_the_table_to_a_survivor():
     program = textwrap.dedent(IN_A_THREAD.format(main="import os; sys.stdin.readline(); os.abort()"))
     with moving("-c", program, stdin=subprocess.PIPE) as (process, table):
-        process.communicate("\n", timeout=60)
+        process.communicate("\n", timeout=PATIENCE)
         assert process.returncode == -signal.SIGABRT
         table.wait_until_it_is_stopped()
 
@@ -187,7 +188,10 @@ def test_no_table_is_armed_in_a_thread_that_no_signal_would_reach():
     )
     program = program.replace("if True:", alone + "if True:")
     with running("-c", program, "simulated:two-axis") as process:
-        assert "is not armed in a thread where signals are not heeded" in process.communicate(timeout=60)[1]
+        assert (
+            "is not armed in a thread where signals are not heeded"
+            in process.communicate(timeout=PATIENCE)[1]
+        )
 
 
 @contextmanager

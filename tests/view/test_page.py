@@ -6,20 +6,16 @@ import sys
 import urllib.error
 import urllib.request
 from contextlib import contextmanager
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from playwright.sync_api import sync_playwright
 
-from bench_pages import violations
+from bench_pages import chromium, violations, waited
 from log_fixtures import made_up, write
+from patience import PATIENCE
 from turntable_sessions import typed
 
-CHROMIUM = "/usr/bin/chromium"
 EVIL = "<img src=x onerror=document.title='owned'>"
-
-pytestmark = pytest.mark.skipif(not Path(CHROMIUM).exists(), reason=f"no browser: {CHROMIUM} is absent")
 
 
 @contextmanager
@@ -31,16 +27,14 @@ def served(*arguments, cwd):
         yield json.loads(process.stdout.readline())["address"]
     finally:
         process.terminate()
-        _, problems = process.communicate(timeout=20)
+        _, problems = process.communicate(timeout=PATIENCE)
         assert "Traceback" not in problems
 
 
 @pytest.fixture(scope="module")
 def browser():
-    with sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    with chromium() as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +51,7 @@ def folder(tmp_path_factory):
 def opened(browser, address, **options):
     problems = []
     page = browser.new_page(viewport={"width": 1400, "height": 900}, **options)
+    page.set_default_timeout(1000.0 * PATIENCE)
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.goto(address)
     page.wait_for_selector(".tumble-plot[data-drawn]")
@@ -67,14 +62,6 @@ def opened(browser, address, **options):
 
 def window(page):
     return [float(end) for end in page.locator(".tumble-plot").first.get_attribute("data-drawn").split()]
-
-
-def until(page, condition):
-    for _ in range(100):
-        if condition():
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError("not within 5 s")
 
 
 def saved(page, name, path):
@@ -92,12 +79,12 @@ def test_a_result_is_zoomed_selected_analysed_and_saved(browser, folder, tmp_pat
         plot.focus()
         for _ in range(2):
             page.keyboard.press("ArrowUp")
-        until(page, lambda: window(page)[1] - window(page)[0] == pytest.approx(106.36 / 4, rel=0.01))
+        waited(page, lambda: window(page)[1] - window(page)[0] == pytest.approx(106.36 / 4, rel=0.01))
         before = window(page)
         page.keyboard.press("ArrowRight")
-        until(page, lambda: window(page)[0] > before[0])
+        waited(page, lambda: window(page)[0] > before[0])
         page.keyboard.press("n")
-        until(page, lambda: page.get_by_label("from, s").input_value() == "0.100")
+        waited(page, lambda: page.get_by_label("from, s").input_value() == "0.100")
         page.get_by_role("button", name="Spectrum").click()
         page.get_by_role("heading", name="Amplitude spectral density: multipose").wait_for()
         page.get_by_role("button", name="Residuals").click()
@@ -109,7 +96,7 @@ def test_a_result_is_zoomed_selected_analysed_and_saved(browser, folder, tmp_pat
         page.mouse.down()
         page.mouse.move(box["x"] + 500, box["y"] + 200, steps=3)
         page.mouse.up()
-        until(page, lambda: window(page)[1] - window(page)[0] < 10.0)
+        waited(page, lambda: window(page)[1] - window(page)[0] < 10.0)
         png = saved(page, "Save as PNG", tmp_path / "chart.png")
         assert png.startswith(b"\x89PNG\r\n\x1a\n")
         assert png.endswith(b"IEND\xaeB`\x82")
@@ -144,7 +131,7 @@ def test_samples_and_page_are_for_who_has_the_token(folder):
         base = address.partition("?")[0]
         for path, headers in (("", {}), ("?token=wrong", {}), ("tumble-log/x/samples", {})):
             assert status(base + path, headers) == 403
-        with urllib.request.urlopen(address, timeout=10) as answer:
+        with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
             cookie = {"Cookie": answer.headers["Set-Cookie"].partition(";")[0]}
         assert status(base, cookie) == 200
         assert status(base, cookie | {"Origin": "http://elsewhere.example"}) == 403
@@ -155,7 +142,9 @@ def test_samples_and_page_are_for_who_has_the_token(folder):
 
 def status(address, headers):
     try:
-        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as answer:
+        with urllib.request.urlopen(
+            urllib.request.Request(address, headers=headers), timeout=PATIENCE
+        ) as answer:
             return answer.status
     except urllib.error.HTTPError as error:
         return error.code
