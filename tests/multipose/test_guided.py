@@ -7,7 +7,6 @@ import pytest
 
 import tumble
 from live_benches import simulated_bench
-from tumble.foundation.errors import ProcedureError
 from tumble.tools.guided.figures import SphereFigure
 from tumble.tools.guided.order import RunOrder
 from tumble.tools.guided.run import run_kind
@@ -77,9 +76,3 @@ def test_outcome_is_the_result_of_the_command_on_the_session(run):
     assert outcome.complete
     assert unit.page.exists()
     assert len(unit.furthest) == 5
-
-
-def test_two_units_are_refused(tmp_path):
-    order = RunOrder(folder=tmp_path, sources={"a": "udp://:9", "b": "udp://:10"})
-    with pytest.raises(ProcedureError, match="one unit at a time"):
-        run_kind("multipose").begin(order)

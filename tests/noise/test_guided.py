@@ -7,7 +7,6 @@ import pytest
 
 import tumble
 from tumble import _core
-from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Chunk
 from tumble.foundation.units import TRIADS
 from tumble.procedures.noise.samples import StillSamples
@@ -97,9 +96,3 @@ def test_goal_counts_time_at_rest_only(run):
     views, _, _ = run
     assert views[-1].remaining == 0.0
     assert all(item.done for item in views[-1].checks[0].items)
-
-
-def test_an_answer_out_of_bounds_is_refused(tmp_path):
-    order = RunOrder(folder=tmp_path, sources={"a": "replay:none.csv"}, options={"duration": -1.0})
-    with pytest.raises(ProcedureError, match="is no number of 0"):
-        run_kind("noise").begin(order)

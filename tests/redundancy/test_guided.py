@@ -8,7 +8,6 @@ import pytest
 
 import tumble
 from redundancy_sets import BIASED, PRIMARY, SOUND, motion, record
-from tumble.foundation.errors import ProcedureError
 from tumble.tools.guided.figures import DeviationFigure, EventFigure, StateFigure
 from tumble.tools.guided.order import RunOrder
 from tumble.tools.guided.run import run_kind
@@ -116,9 +115,3 @@ def test_set_is_calibrated_on_command_of_the_page(sources, tmp_path, is_commande
     assert actions == {"evaluate", "return to primary"}
     calibration = str(figure_of(last, StateFigure).rows[1].cells[2])
     assert calibration == ("adopted" if is_commanded else "")
-
-
-def test_set_without_one_primary_is_refused(sources, tmp_path):
-    order = RunOrder(folder=tmp_path, sources=sources, roles=dict.fromkeys(sources, "secondary"))
-    with pytest.raises(ProcedureError, match="a set needs one primary, found none"):
-        run_kind("redundancy").begin(order)

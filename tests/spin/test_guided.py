@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from spin_sessions import record, still, turn
-from tumble.foundation.errors import ProcedureError
 from tumble.live import open_source
 from tumble.procedures.spin.guided_source import floor_from_case
 from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
@@ -93,12 +92,6 @@ def test_stopped_spin_keeps_its_recording_and_the_next_has_its_own(tmp_path):
     assert [view.kind for view in guided(tmp_path, session).views()][-1] == "done"
     assert (tmp_path / "results/session").exists()
     assert (tmp_path / "results/session-2/robot.parquet").exists()
-
-
-def test_two_units_are_refused(tmp_path):
-    order = RunOrder(folder=tmp_path, sources={"a": "udp://:9", "b": "udp://:10"})
-    with pytest.raises(ProcedureError, match="one unit at a time"):
-        run_kind("spin").begin(order)
 
 
 @pytest.mark.parametrize("seed", range(5))

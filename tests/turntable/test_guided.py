@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from live_benches import simulated_bench
-from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.run import run_kind
 from turntable_sessions import typed
@@ -58,17 +57,3 @@ def test_stopped_session_goes_on_and_equals_the_command(order, tmp_path):
     for unit in outcome.units:
         for path in (unit.calibration, unit.page):
             assert path.read_bytes() == (tmp_path / "command" / path.name).read_bytes(), path.name
-
-
-def test_orders_without_reference_target_or_arms_are_refused(tmp_path):
-    begin = run_kind("turntable").begin
-    sources = {"a": "udp://127.0.0.1:29001", "b": "udp://127.0.0.1:29002"}
-    order = RunOrder(folder=tmp_path, sources=sources, roles={"a": "reference", "b": "target"})
-    with pytest.raises(ProcedureError, match="one reference, found none"):
-        begin(replace(order, roles={"b": "target"}))
-    with pytest.raises(ProcedureError, match="no target"):
-        begin(replace(order, roles={"a": "reference"}))
-    with pytest.raises(ProcedureError, match="not armed"):
-        begin(replace(order, table=TableOrder(address="simulated:two-axis")))
-    with pytest.raises(TumbleError, match="--until"):
-        begin(replace(order, options={"until": "drift 1"}))
