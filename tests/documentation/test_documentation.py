@@ -7,14 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 import yaml
 
-from pages import without_commands
 from theory_formulas import mean_log
 from tumble.calibration.limits import Limits
 from tumble.calibration.reference_certificate import read_reference_certificate
-from tumble.cli.commands import command_line
 from tumble.logs.columns import recognise
 from tumble.poses.pose_list import SIX_FACES, PoseFile
 from tumble.tools.simulate import Grade
@@ -146,17 +143,6 @@ def test_equations_that_the_code_cites_exist():
         for number in re.findall(r"\\tag\{(\d+)\}", text_of(page))
     }
     assert cited - tags == set()
-
-
-@pytest.mark.parametrize("document", [TURNTABLE, READ_LOGS], ids=named)
-def test_every_option_a_how_to_names_exists(document):
-    words = ["turntable", "inspect", "apply", "align"]
-    commands = typer.main.get_command(command_line(words)).commands
-    parameters = [each for word in words for each in commands[word].params]
-    known = {option for each in parameters for option in (*each.opts, *each.secondary_opts)}
-    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(text_of(document))))
-    assert told
-    assert told <= known
 
 
 def test_turntable_messages_in_the_how_to_are_those_of_the_program():

@@ -8,11 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 
 from live_fixtures import scripted
-from pages import without_commands
-from tumble.cli.commands import command_line
 from tumble.live import parse_address, schemes
 from tumble.live.rows import MOVING_NAMES
 from tumble.logs.mavlink_messages import KINDS
@@ -27,16 +24,6 @@ SOURCES = "".join(
 
 def section(title):
     return re.split(r"^#+ ", PAGE.split(f"# {title}\n")[1], maxsplit=1, flags=re.MULTILINE)[0]
-
-
-def test_every_option_it_names_exists():
-    names = ["spin", "multipose", "record", "apply", "turntable", "redundancy"]
-    commands = typer.main.get_command(command_line([*names, "simulate"])).commands
-    shown = [*(commands[name] for name in names), commands["simulate"].commands["live"]]
-    known = {option for command in shown for parameter in command.params for option in parameter.opts}
-    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(PAGE)))
-    assert {"--live", "--still", "--turns", "--turn-rate", "--json"} <= told
-    assert told <= known
 
 
 def test_every_address_it_shows_can_be_read():

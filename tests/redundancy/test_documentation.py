@@ -8,13 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
-import typer
 import yaml
 
 import tumble
-from pages import without_commands
 from tumble._core import VOCABULARY
-from tumble.cli.commands import command_line
 from tumble.foundation.setting_table import explain
 from tumble.procedures.redundancy.monitor import settings_from
 from tumble.procedures.redundancy.units import UnitSettings
@@ -35,16 +32,6 @@ def section(title):
 
 def quoted(text):
     return set(re.findall(r"`([^`]+)`", text))
-
-
-def test_how_to_lists_existing_options_and_explains_each_of_them():
-    words = ["redundancy", "apply"]
-    commands = typer.main.get_command(command_line(words)).commands
-    options = {word: {o for parameter in commands[word].params for o in parameter.opts} for word in words}
-    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(HOW_TO)))
-    assert told <= options["redundancy"] | options["apply"]
-    own = {option for option in options["redundancy"] if option.startswith("--")} - options["apply"]
-    assert own <= told, "an option is not explained"
 
 
 def test_the_settings_of_the_how_to_are_those_of_the_model():

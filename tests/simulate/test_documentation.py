@@ -9,10 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 
 from flight_units import fly
-from tumble.cli.commands import command_line
 from tumble.tools.simulate import FAULTS, LIVE_FAULTS, VIBRATIONS
 from turntable_sessions import typed
 
@@ -32,24 +30,6 @@ def test_every_command_of_the_page_runs(words, tmp_path, monkeypatch):
     done = typed(*words)
     assert done.code == 0, done.err
     assert (tmp_path / words[-1] / "truth.yaml").exists()
-
-
-def test_every_option_the_page_names_exists():
-    found = typer.main.get_command(command_line(["simulate", "redundancy", "spin", "table"])).commands
-    known = {
-        option
-        for command in (
-            found["redundancy"],
-            found["spin"],
-            *found["simulate"].commands.values(),
-            *found["table"].commands.values(),
-        )
-        for parameter in command.params
-        for option in parameter.opts
-    }
-    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXT))
-    assert told
-    assert told <= known | {"--help"}
 
 
 def test_the_faults_of_the_page_are_those_there_are_in_the_same_words():
