@@ -13,7 +13,7 @@ from turntable_sessions import typed
 
 INTERRUPTIONS = 100 if SOAK else 1
 KINDS = ("reload", "killed", "socket", "second browser", *(["gone"] if SOAK else []))
-"""`test_operator_gone` takes a browser away by the simulated clock."""
+"""`test_takeover` takes browsers away by the simulated clock."""
 FAULTY = "target_4"
 
 

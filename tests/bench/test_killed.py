@@ -10,6 +10,7 @@ import pytest
 
 from killed_operations import killed_at
 from made_up_calibrations import made_up
+from ports import free_port
 from repetitions import SOAK, drawn_seed
 from tumble.bench import engine as engine_module
 from tumble.bench.bench import Bench
@@ -76,9 +77,9 @@ def day(settings, reports):
     """Works as an operator does, from where the bench is; `reports` gets a letter for what a page shows."""
     with closing(Bench(settings)) as bench:
         bench.choose("turntable")
-        for number, name in enumerate(NAMES):
+        for name in NAMES:
             if name not in [each.name for each in bench.sources]:
-                bench.add_source(BenchSource(name, f"udp://127.0.0.1:{29331 + number}"))
+                bench.add_source(BenchSource(name, f"udp://127.0.0.1:{free_port()}"))
         reports.send(b"s")
         engine, finished = bench.engine, [run for run in bench.earlier() if run.is_finished]
         if bench.offered is not None:

@@ -9,6 +9,7 @@ from functools import partial
 
 import pytest
 
+from ports import free_port
 from repetitions import SOAK, drawn_seed
 from tumble.bench import engine as engine_module
 from tumble.bench.access import BROWSER_GONE, HOLDS_FOR
@@ -207,8 +208,8 @@ def table(monkeypatch):
 @pytest.fixture
 def bench(tmp_path, table, simulated_clock):
     found = Bench(BenchSettings(folder=tmp_path, host="127.0.0.2"))
-    found.add_source(BenchSource("reference", "udp://127.0.0.1:29321"))
-    found.add_source(BenchSource("one", "udp://127.0.0.1:29322"))
+    found.add_source(BenchSource("reference", f"udp://127.0.0.1:{free_port()}"))
+    found.add_source(BenchSource("one", f"udp://127.0.0.1:{free_port()}"))
     found.change_table(address="simulated:two-axis", limits="rate=0")
     ends = threading.Event()
     pulse = clock.thread(as_bench(partial(keep_pulse, found, ends)), name="pulse")

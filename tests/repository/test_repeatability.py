@@ -6,6 +6,8 @@ import ast
 import re
 from pathlib import Path
 
+from tumble.tools.simulate.live.ports import PORTS
+
 ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
 SEEDED = {"default_rng", "SeedSequence", "Random"}
@@ -44,6 +46,13 @@ def waits_for_time(source):
                 yield f"{node.lineno}: timeout={given.value.value}"
 
 
+def fixed_ports(source):
+    """Finds the lines of a module that name a port which a bench may choose, or another test."""
+    for number, line in enumerate(source.splitlines(), start=1):
+        if any(int(port) in PORTS for port in re.findall(r"(?<![\d.])\d{5}\b", line) if "127.0.0.1" in line):
+            yield f"{number}: {line.strip()}"
+
+
 def found_in_tests(find, but=()):
     return [
         f"{path.relative_to(ROOT)}:{line}"
@@ -59,6 +68,12 @@ def test_no_test_of_python_draws_without_a_seed():
 
 def test_no_test_of_python_waits_for_time_to_pass():
     assert found_in_tests(waits_for_time, MAKES_A_CLOCK) == []
+
+
+def test_no_test_listens_at_a_port_that_others_may_choose():
+    assert found_in_tests(fixed_ports) == []
+    line = f"listen('127.0.0.1:{PORTS.start}')"
+    assert list(fixed_ports(line)) == [f"1: {line}"]
 
 
 def test_waits_for_time_are_found():
