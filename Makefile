@@ -54,7 +54,7 @@ test-one: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of one fo
 	$(BIN)/python -m pytest --numprocesses auto tests/$(P)
 
 test-rust:  ## Run the tests of Rust
-	cargo test --workspace --exclude tumble-fuzz --locked
+	cargo test --workspace --exclude tumble-fuzz --exclude tumble-py --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
 
 test-tools: $(VENV)/.requirements-test
@@ -117,7 +117,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
 	seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); echo "PYTHONHASHSEED=PROPTEST_RNG_SEED=$$seed"; \
 		TUMBLE_SOAK=1 PYTHONHASHSEED=$$seed $(BIN)/python -m pytest --numprocesses auto --timeout 0 && \
-		PROPTEST_RNG_SEED=$$seed PROPTEST_CASES=1024 cargo test --workspace --exclude tumble-fuzz --locked
+		PROPTEST_RNG_SEED=$$seed PROPTEST_CASES=1024 cargo test --workspace --exclude tumble-fuzz --exclude tumble-py --locked
 	$(BIN)/python -m benchmarks.honesty
 	$(BIN)/python -m benchmarks.honesty --pair
 	$(BIN)/python -m benchmarks.redundancy_adoptions
@@ -168,7 +168,7 @@ lint-rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
-	cargo test --quiet --workspace --exclude tumble-fuzz --test header --test settings --locked
+	cargo test --quiet --workspace --exclude tumble-fuzz --exclude tumble-py --test header --test settings --locked
 	$(RUSTDOC)
 
 lint-python:

@@ -99,10 +99,8 @@ def _rms(values: Sequence[float]) -> float | None:
 
 def push_cost() -> list[Content]:
     """Runs `push_cost.rs`: ns of a push and of a copy of its sample, for each number of secondaries."""
-    command = ["cargo", "run", "--quiet", "--release", "--locked", "--package", "tumble-core"]
-    done = subprocess.run(
-        [*command, "--example", "push_cost"], cwd=ROOT, check=True, capture_output=True, text=True
-    )
+    command = ["cargo", "bench", "--quiet", "--locked", "--package", "tumble-core", "--bench", "push_cost"]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 

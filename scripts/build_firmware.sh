@@ -10,13 +10,14 @@ folder=target/firmware/$target
 feature=${1:-}
 
 mkdir -p "$folder"
-options="--quiet --locked --profile device --manifest-path firmware/Cargo.toml --target-dir target"
+options="--quiet --locked --manifest-path firmware/Cargo.toml --target-dir target"
 # Options are words apart.
 # shellcheck disable=SC2086
-scripts/cargo_for_device.sh build $options --package platform ${feature:+--features $feature}
+scripts/cargo_for_device.sh build $options --profile device --package platform ${feature:+--features $feature}
 cp "target/$target/device/platform" "$folder/platform${feature:+-$feature}"
 if [ -z "$feature" ]; then
+    # Of the parts that tests of the mission are built of.
     # shellcheck disable=SC2086
     cargo build $options --package host
-    cp target/device/mission target/firmware/mission
+    cp target/debug/mission target/firmware/mission
 fi

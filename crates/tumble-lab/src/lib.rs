@@ -27,3 +27,9 @@ pub mod stamps;
 pub mod thermal;
 pub mod turntable;
 pub mod verdict;
+
+#[cfg(test)]
+extern crate self as tumble_lab;
+#[cfg(test)]
+#[path = "../tests/laws/main.rs"]
+mod laws;

@@ -13,7 +13,7 @@ use tumble_core::real::Real;
 macro_rules! assert_close {
     ($left:expr, $right:expr, $tolerance:expr) => {{
         let (left, right, tolerance) = (&$left, &$right, $tolerance);
-        let apart = crate::common::apart(left, right);
+        let apart = super::common::apart(left, right);
         proptest::prop_assert!(
             apart <= tolerance,
             "{} differs from {} by {apart:e}, more than {tolerance:e}: {left:?} {right:?}",

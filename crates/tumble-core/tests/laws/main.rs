@@ -38,3 +38,4 @@ mod spin_machine;
 mod spin_stream;
 mod stream;
 mod truth;
+mod vectors;

@@ -7,7 +7,7 @@ use tumble_core::real::{Real, real};
 use tumble_core::sample::Sample;
 use tumble_core::spin::axis::floor_frame;
 
-use crate::common::{Draws, direction, vector};
+use super::common::{Draws, direction, vector};
 
 /// Sample interval, microseconds.
 pub const INTERVAL: u64 = 10_000;

@@ -6,7 +6,7 @@ use tumble_core::real::Real;
 use tumble_core::sample::Sample;
 use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 
-use crate::common::{Draws, cast};
+use super::common::{Draws, cast};
 
 /// Microseconds between samples: 200 Hz.
 pub const INTERVAL: u64 = 5_000;

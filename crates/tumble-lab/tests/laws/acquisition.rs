@@ -7,9 +7,9 @@ use tumble_core::segmenter::SegmenterSettings;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::acquisition::{Acquired, Acquisition, interval};
 
-use crate::common::{Draws, cases};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, six_faces};
+use super::common::{Draws, cases};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, six_faces};
 
 fn recording(seed: u64) -> Recording {
     Recording::of(&six_faces(2.0), &Unit::noisy(0.02, 0.002), &mut Draws::new(seed))

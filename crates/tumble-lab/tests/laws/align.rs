@@ -8,7 +8,7 @@ use tumble_lab::align::samples::{Triangle, UnitSamples, rate_of};
 use tumble_lab::align::{AlignError, AlignSettings, align};
 use tumble_lab::distributions::INTERVAL;
 
-use crate::common::{Draws, assert_close, rotation, vector};
+use super::common::{Draws, assert_close, rotation, vector};
 
 /// Samples of a smooth motion: rate and specific force as sums of sines.
 struct Samples {

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyroscope};
 
-use crate::common::{Draws, cases, direction};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, on_the_grid, poor_model, six_faces};
+use super::common::{Draws, cases, direction};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, on_the_grid, poor_model, six_faces};
 
 /// Quarter turns with other turns among them, so that no exchange of axes goes unseen.
 fn schedule() -> Vec<Phase> {

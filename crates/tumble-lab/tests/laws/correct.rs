@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use tumble_core::model::{ErrorModel, ModelError};
 use tumble_lab::correct::correct;
 
-use crate::common::{Draws, cases, rotation, vector};
+use super::common::{Draws, cases, rotation, vector};
 
 proptest! {
     #![proptest_config(cases(16))]

@@ -6,9 +6,9 @@ use tumble_core::gravity::STANDARD;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 
-use crate::common::{Draws, cases};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, on_the_grid, six_faces};
+use super::common::{Draws, cases};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, on_the_grid, six_faces};
 
 fn recording(seed: u64) -> Recording {
     Recording::of(&six_faces(2.5), &Unit::noisy(0.02, 0.002), &mut Draws::new(seed))

@@ -6,9 +6,9 @@ use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::pairing::pair;
 use tumble_lab::turntable::{Clocks, PairingError};
 
-use crate::common::{Draws, cases, direction};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, on_the_grid, poor_model, six_faces};
+use super::common::{Draws, cases, direction};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, on_the_grid, poor_model, six_faces};
 
 fn reference(schedule: &[Phase], draws: &mut Draws) -> Acquired {
     Recording::of(schedule, &Unit::noisy(0.005, 0.0002), draws).acquire()

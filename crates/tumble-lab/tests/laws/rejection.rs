@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_lab::acquisition::{Acquired, RestRejection, interval};
 
-use crate::common::{Draws, cases, direction};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, on_the_grid, six_faces};
+use super::common::{Draws, cases, direction};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, on_the_grid, six_faces};
 
 fn acquired(schedule: Vec<Phase>, unit: &Unit, seed: u64) -> Acquired {
     Recording::of(&on_the_grid(schedule), unit, &mut Draws::new(seed)).acquire()

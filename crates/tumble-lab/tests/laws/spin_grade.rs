@@ -9,7 +9,7 @@ use tumble_lab::simulate::grade::SensorGrade as Figures;
 use tumble_lab::simulate::noise::{flicker, white_sigma};
 use tumble_lab::simulate::stream::{StreamPurpose, stream};
 
-use crate::spin_stream::{INTERVAL, Truth, narrowed};
+use super::spin_stream::{INTERVAL, Truth, narrowed};
 
 const SPINS: u64 = 150;
 

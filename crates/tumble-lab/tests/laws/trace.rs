@@ -6,8 +6,8 @@ use tumble_core::gravity::STANDARD;
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
 use tumble_lab::acquisition::trace::Trace;
 
-use crate::common::{Draws, cases};
-use crate::stream::{Phase, Unit, samples};
+use super::common::{Draws, cases};
+use super::stream::{Phase, Unit, samples};
 
 /// A block of a stream, moved in time.
 fn block(k: u64) -> Segment<f64> {

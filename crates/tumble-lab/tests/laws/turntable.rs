@@ -11,9 +11,9 @@ use tumble_lab::turntable::{
     TurntableError, TurntableSettings, calibrate, fit_reference,
 };
 
-use crate::common::{Draws, cases, rotation};
-use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, on_the_grid, poor_model, six_faces};
+use super::common::{Draws, cases, rotation};
+use super::stream::{Phase, Unit};
+use super::unit::{Recording, on_the_grid, poor_model, six_faces};
 
 const SETTINGS: TurntableSettings = TurntableSettings {
     gravity: STANDARD,

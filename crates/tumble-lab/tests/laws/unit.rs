@@ -8,8 +8,8 @@ use tumble_core::sample::Sample;
 use tumble_core::segmenter::SegmenterSettings;
 use tumble_lab::acquisition::{Acquired, Acquisition};
 
-use crate::common::Draws;
-use crate::stream::{Phase, Unit, samples};
+use super::common::Draws;
+use super::stream::{Phase, Unit, samples};
 
 /// A recording as it comes from a file: time in s, specific force, angular rate.
 #[derive(Clone, Debug, Default)]

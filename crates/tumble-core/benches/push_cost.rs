@@ -1,5 +1,5 @@
-//! Cost of one `push` of the redundancy monitor, beside a copy of the sample in memory: `cargo run --release --example
-//! push_cost` prints a JSON line for each number of units and each precision. Copy and push are measured in turn, again
+//! Cost of one `push` of the redundancy monitor, beside a copy of the sample in memory: `cargo bench --bench push_cost`
+//! prints a JSON line for each number of units and each precision. Copy and push are measured in turn, again
 //! and again, so that what slows the machine down slows both.
 
 use std::hint::black_box;
