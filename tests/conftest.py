@@ -9,6 +9,7 @@ import signal
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
@@ -34,6 +35,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 for ignored in ENDING - {signal.SIGPIPE, signal.SIGXFSZ}:
     if signal.getsignal(ignored) is signal.SIG_IGN:
         signal.signal(ignored, signal.SIG_DFL)
+
+# Tests read what commands write in a tenth of the time that PyYAML takes without libyaml.
+yaml.SafeLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 # Tests read English, whatever the language of the machine.
 os.environ["TUMBLE_LANG"] = "en"

@@ -14,7 +14,7 @@ from tumble import _core
 from tumble.foundation.recording import FloatArray
 from tumble.tools.simulate.fault import AXES
 from tumble.tools.simulate.live.fault import LiveFault
-from tumble.tools.simulate.live.samples import Samples
+from tumble.tools.simulate.live.samples import NONE, Samples
 from tumble.tools.simulate.live.scenario import LiveScenario
 from tumble.tools.simulate.turntable.procedure import SimulatedTurntable, simulate_turntable
 from tumble.tools.simulate.turntable.scenario import TurntableScenario
@@ -148,6 +148,8 @@ class TableUnit:
         skew = clock.skew * PPM
         # The simulator's clock ticks evenly by itself, and gains by its skew.
         end = max(self._next, int((now * self._rate - clock.phase) * (1.0 + skew)) + 1)
+        if end == self._next:
+            return NONE
         numbers = np.arange(self._next, end)
         noise = self._noise.rows(self.unit.name, self._next, len(numbers))
         self._next = end
