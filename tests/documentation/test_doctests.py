@@ -25,7 +25,7 @@ EXAMPLES = [
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
+def test_examples_of_docstrings_print_what_they_show(name: str, simulated_clock) -> None:
     assert doctest.testmod(importlib.import_module(name)).failed == 0
 
 
