@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from tumble.cli.errors import tell_as_event
@@ -86,7 +86,9 @@ class LiveScreen(Generic[Step]):
 
 def event_of(step: Any) -> dict[str, Any]:  # noqa: ANN401 - a data class
     """Returns a step as plain data: `event` first, goals by their name."""
-    content = asdict(step)
+    from tumble.foundation.plain import plain
+
+    content = {field.name: plain(getattr(step, field.name)) for field in fields(step)}
     return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
