@@ -80,8 +80,8 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "ba
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-READING = {"bounded_json", "file_status", "file_reading"}
-"""Doors through which all files and all JSON of others come."""
+READING = {"bounded_json", "bounded_time", "file_status", "file_reading"}
+"""Doors through which all files and all JSON of others come, and the bound of time for who reads them."""
 
 DATA = {
     "message",
@@ -165,6 +165,7 @@ LAYERS: dict[str, set[str]] = {
     "folder_lock": {"errors", "numbers"},
     "file_status": {"errors"},
     "bounded_json": {"words"},
+    "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status"},
     "file_names": {"procedures"},

@@ -10,6 +10,7 @@ from contextlib import suppress
 
 import pikepdf
 import pytest
+from asn1crypto import core
 from cryptography.hazmat.primitives import serialization
 from hypothesis import given
 from lxml import etree
@@ -17,7 +18,9 @@ from lxml import etree
 from hostile import corrupted, few, for_long
 from made_up_certificates import certificate
 from repetitions import repetitions
-from tumble.foundation.errors import TumbleError
+from tumble.bench.tls import server_context
+from tumble.foundation.errors import CommandError, TumbleError
+from tumble.laboratory.certificate import signature
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.dcc_reader import read_dcc
 from tumble.laboratory.certificate.pdf import pdf_of
@@ -174,10 +177,10 @@ def test_a_corrupted_certificate_of_a_signer_is_one_line(laboratory, tmp_path):
     for_long(check, 0.2)
 
 
-def pem_of(data):
-    """A certificate in the text of RFC 7468."""
+def pem_of(data, kind="CERTIFICATE"):
+    """A certificate, or another kind, in the text of RFC 7468."""
     lines = base64.encodebytes(data).decode()
-    return f"-----BEGIN CERTIFICATE-----\n{lines}-----END CERTIFICATE-----\n".encode()
+    return f"-----BEGIN {kind}-----\n{lines}-----END {kind}-----\n".encode()
 
 
 def test_a_key_may_be_encrypted_by_a_password(tmp_path, monkeypatch):
@@ -200,6 +203,53 @@ def test_a_key_may_be_encrypted_by_a_password(tmp_path, monkeypatch):
     assert "another" not in str(caught.value)
 
 
+def element(tag, *parts):
+    """Part of a document in DER (X.690): a sequence is 0x30."""
+    content = b"".join(parts)
+    size = len(content).to_bytes(4, "big")
+    return bytes([tag, 0x84]) + size + content
+
+
+def encryption(name, *parameters):
+    """Algorithm of an encryption, with its parameters."""
+    return element(0x30, core.ObjectIdentifier(name).dump(), *parameters)
+
+
+def stated(*numbers):
+    """Salt and numbers of a derivation of a key."""
+    return element(0x30, core.OctetString(b"salt").dump(), *(core.Integer(each).dump() for each in numbers))
+
+
+AES = encryption("2.16.840.1.101.3.4.1.42", core.OctetString(bytes(16)).dump())
+PBKDF2, SCRYPT, PKCS12 = "1.2.840.113549.1.5.12", "1.3.6.1.4.1.11591.4.11", "1.2.840.113549.1.12.1.3"
+ENDLESS = {
+    "PBKDF2": (PBKDF2, 2**31 - 1),
+    "scrypt": (SCRYPT, 2**30, 8, 1),
+    "scrypt in parallel": (SCRYPT, 2**14, 8, 2**26),
+    "scrypt that is none": (SCRYPT, 3, 8, 1),
+    "PKCS 12": (PKCS12, 2**31 - 1),
+    "unknown": ("1.2.3", 1),
+}
+"""Derivations that take hours, or are none: an object identifier and its numbers."""
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_a_key_that_takes_hours_to_try_is_one_line(tmp_path, monkeypatch, name):
+    kind, *numbers = ENDLESS[name]
+    how = encryption(kind, stated(*numbers))
+    if kind != PKCS12:
+        how = encryption("1.2.840.113549.1.5.13", element(0x30, how, AES))
+    path = tmp_path / "laboratory.pem"
+    data = element(0x30, how, core.OctetString(bytes(160)).dump())
+    path.write_bytes(pem_of(data, "ENCRYPTED PRIVATE KEY"))
+    monkeypatch.setenv("TUMBLE_SIGNING_PASSWORD", "secret")
+    with pytest.raises(TumbleError, match=r"laboratory\.pem") as caught:
+        load_key(path)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(CommandError, match="is encrypted"):
+        server_context(path, None)
+
+
 def test_a_key_of_another_certificate_is_refused(tmp_path):
     make_key(tmp_path / "a.pem", NAME)
     make_key(tmp_path / "b.pem", NAME)
@@ -207,3 +257,54 @@ def test_a_key_of_another_certificate_is_refused(tmp_path):
     (tmp_path / "c.pem").write_text(private + (tmp_path / "b.crt").read_text())
     with pytest.raises(TumbleError, match="do not belong together"):
         load_key(tmp_path / "c.pem")
+
+
+def pdf_with(*objects):
+    """A PDF of these objects, the first of which is its catalogue."""
+    content, places = b"%PDF-1.7\n", []
+    for number, each in enumerate(objects, 1):
+        places.append(len(content))
+        content += b"%d 0 obj\n%b\nendobj\n" % (number, each)
+    entries = b"".join(b"%010d 00000 n \n" % place for place in places)
+    size = len(objects) + 1
+    return content + (
+        b"xref\n0 %d\n0000000000 65535 f \n%btrailer\n<</Size %d /Root 1 0 R>>\nstartxref\n%d\n%%%%EOF\n"
+        % (size, entries, size, len(content))
+    )
+
+
+def branching(first, last):
+    """Objects of which each but the last names the next one twice: 2^40 ways lead to the last."""
+    return [b"<</T(a)/Kids[%d 0 R %d 0 R]>>" % (each + 1, each + 1) for each in range(first, last)]
+
+
+CATALOGUE = b"<</Type/Catalog/Pages 2 0 R/Names<</EmbeddedFiles 3 0 R>>%b>>"
+PAGES, NO_NAMES = b"<</Type/Pages/Kids[]/Count 0>>", b"<</Names[]>>"
+ENDLESS_PDF = {
+    "form": pdf_with(
+        CATALOGUE % b"/AcroForm<</Fields[4 0 R]>>", PAGES, NO_NAMES, *branching(4, 44), NO_NAMES
+    ),
+    "names": pdf_with(CATALOGUE % b"", PAGES, *branching(3, 43), NO_NAMES),
+    "entries": b"%PDF-1.7\n1 0 obj\n<</Type/XRef/Size 999999999/W[0 0 0]/Root 1 0 R/Length 0>>\nstream\n\n"
+    b"endstream\nendobj\nstartxref\n9\n%%EOF\n",
+}
+ENDED_PDF = {
+    "cycle": pdf_with(CATALOGUE % b"", PAGES, b"<</Kids[3 0 R 3 0 R]>>"),
+    "itself": pdf_with(b"1 0 R", PAGES),
+    "deep": pdf_with(CATALOGUE % b"", PAGES, b"[" * 20_000 + b"]" * 20_000),
+    "cut": pdf_with(CATALOGUE % b"", PAGES)[:-20],
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS_PDF | ENDED_PDF)
+def test_a_pdf_that_is_read_for_ever_ends_in_one_line(laboratory, monkeypatch, name):
+    if name in ENDLESS_PDF:
+        monkeypatch.setattr(signature, "READ_WITHIN", 0.0)
+    content = (ENDLESS_PDF | ENDED_PDF)[name]
+    found = verify(content, [laboratory[1]])
+    assert found.fault
+    assert "\n" not in found.fault
+    with pytest.raises(TumbleError) as caught:
+        attached_xml(content)
+    assert "\n" not in str(caught.value)
+    assert "takes more than" in found.fault + str(caught.value) or name in ENDED_PDF

@@ -19,11 +19,14 @@ from cryptography import x509
 from cryptography.hazmat.primitives import serialization
 from lxml import etree
 
+from tumble.foundation.bounded_time import bounded_time
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate.dcc import NAMESPACES, XmlElement, serialized
 from tumble.laboratory.certificate.dcc_reader import parse_xml
 from tumble.laboratory.certificate.signing_key import SigningKey, name_of
 
+READ_WITHIN = 10.0
+"""s within which a PDF is read: fifty times of what one takes that a laboratory writes."""
 NOT_SIGNED = "is not signed"
 """Fault of a file without a signature."""
 DS = "http://www.w3.org/2000/09/xmldsig#"
@@ -84,11 +87,12 @@ def attached_xml(pdf: bytes) -> bytes:
     from pyhanko.pdf_utils.reader import PdfFileReader
 
     try:
-        reader = PdfFileReader(io.BytesIO(pdf))
-        names = reader.root["/Names"]["/EmbeddedFiles"]
-        for specification in _leaves(names):
-            found: bytes = specification["/EF"]["/F"].data
-            return found
+        with bounded_time(READ_WITHIN):
+            reader = PdfFileReader(io.BytesIO(pdf))
+            names = reader.root["/Names"]["/EmbeddedFiles"]
+            for specification in _leaves(names):
+                found: bytes = specification["/EF"]["/F"].data
+                return found
     except Exception as error:  # of a damaged file any part of the library may stumble
         raise TumbleError(f"is no PDF with a certificate: {' '.join(str(error).split())}") from error
     raise TumbleError("is a PDF without the XML of a certificate")
@@ -217,19 +221,20 @@ def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate] | None) -> x
     from pyhanko.sign.validation.status import SignatureCoverageLevel
     from pyhanko_certvalidator import ValidationContext
 
-    signatures = PdfFileReader(io.BytesIO(content)).embedded_signatures
-    if not signatures:
-        raise _NotIntactError(NOT_SIGNED)
-    if len(signatures) != 1:
-        raise _NotIntactError("bears several signatures, and a certificate bears one")
-    _check_contents(content, signatures[0])
-    signer = _one_of(x509.load_der_x509_certificate(signatures[0].signer_cert.dump()), signers)
-    roots = [asn1_x509.Certificate.load(_der(signer))]
-    moment = signatures[0].self_reported_timestamp
-    status = validate_pdf_signature(
-        signatures[0],
-        ValidationContext(trust_roots=roots, allow_fetching=False, moment=moment),
-    )
+    with bounded_time(READ_WITHIN):
+        signatures = PdfFileReader(io.BytesIO(content)).embedded_signatures
+        if not signatures:
+            raise _NotIntactError(NOT_SIGNED)
+        if len(signatures) != 1:
+            raise _NotIntactError("bears several signatures, and a certificate bears one")
+        _check_contents(content, signatures[0])
+        signer = _one_of(x509.load_der_x509_certificate(signatures[0].signer_cert.dump()), signers)
+        roots = [asn1_x509.Certificate.load(_der(signer))]
+        moment = signatures[0].self_reported_timestamp
+        status = validate_pdf_signature(
+            signatures[0],
+            ValidationContext(trust_roots=roots, allow_fetching=False, moment=moment),
+        )
     if not (status.intact and status.valid and status.coverage == SignatureCoverageLevel.ENTIRE_FILE):
         raise _NotIntactError("was changed since it was signed")
     return signer

@@ -8,7 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 
 from cryptography import x509
-from cryptography.exceptions import UnsupportedAlgorithm
+from cryptography.exceptions import InternalError, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
@@ -20,13 +20,14 @@ from tumble.foundation.file_status import exists
 from tumble.foundation.files import make_new_file, remove_made
 from tumble.foundation.provenance import date_now
 from tumble.foundation.words import plain
+from tumble.laboratory.certificate.key_encryption import LARGEST_WORK, is_affordable
 
 PASSWORD = "TUMBLE_SIGNING_PASSWORD"
 """Variable of the environment with the password of an encrypted key."""
 LARGEST = 1 << 18
 """Bytes."""
 _YEARS = 10
-_UNREADABLE = (ValueError, TypeError, UnsupportedAlgorithm, x509.InvalidVersion)
+_UNREADABLE = (ValueError, TypeError, UnsupportedAlgorithm, InternalError, x509.InvalidVersion)
 """Errors of `cryptography` where a key or a certificate is damaged, or of a kind that it does not know."""
 _LONGEST_NAME = 64
 """Letters of a name in X.509 (RFC 5280, ub-common-name)."""
@@ -86,6 +87,10 @@ def load_key(path: Path) -> SigningKey:
     content = read_whole(path, LARGEST, "key", remedy="give one in PEM")
     password = os.environ.get(PASSWORD)
     try:
+        if not is_affordable(content):
+            raise TumbleError(
+                f"{path}: states more work for each password than {LARGEST_WORK}; encrypt it anew"
+            )
         private = serialization.load_pem_private_key(content, password.encode() if password else None)
     except _UNREADABLE:
         raise TumbleError(
