@@ -16,6 +16,9 @@ from types import SimpleNamespace
 import h5py
 import lz4.frame
 import numpy as np
+import pyarrow as pa
+import pyarrow.ipc
+import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import storage_mcap
 
@@ -27,6 +30,7 @@ from tumble.foundation.units import CHANNELS
 from tumble.logs import csv, formats, list_imus, npy
 from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
 from tumble.logs.columns import find_imus
+from tumble.logs.feather_sizes import largest_unpacked
 from tumble.logs.options import ReadOptions
 from turntable_sessions import one_line, typed
 
@@ -163,6 +167,50 @@ def test_chunks_of_hdf5_take_memory_within_a_budget(tmp_path):
             made[:] = np.zeros(4 << 20)
     assert path.stat().st_size < 1 << 20
     assert "its chunks take more memory than the readings of such a file" in refused(path)
+
+
+def feather(path, *columns, packed="zstd"):
+    """A Feather file of IMU columns in one batch, and of others."""
+    names = [*CHANNELS, *(f"other_{number}" for number in range(len(columns) - len(CHANNELS)))]
+    table = pa.table(list(columns), names)
+    with pa.OSFile(str(path), "wb") as file:
+        options = pa.ipc.IpcWriteOptions(compression=packed)
+        with pa.ipc.new_file(file, table.schema, options=options) as writer:
+            writer.write_table(table)
+    return path
+
+
+def test_batches_of_feather_take_memory_within_a_budget(tmp_path):
+    zeros = pa.array(np.zeros(3_000_000))
+    path = feather(tmp_path / "a.feather", *[zeros] * len(CHANNELS))
+    assert path.stat().st_size < 100_000
+    assert "a batch unpacks to" in refused(path)
+    # Nothing is packed, and the file takes as much itself.
+    path = feather(tmp_path / "b.feather", *[zeros] * len(CHANNELS), packed=None)
+    assert largest_unpacked(path.open("rb")) < path.stat().st_size
+
+
+@pytest.mark.parametrize("stated", [-5, 3 << 30, 1 << 40, 1 << 62])
+def test_lengths_of_feather_that_lie_are_one_line(tmp_path, stated):
+    path = feather(tmp_path / "a.feather", *[pa.array(np.zeros(5000))] * len(CHANNELS))
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(struct.pack("<q", 40_000), struct.pack("<q", stated)))
+    assert path.read_bytes() != whole
+    refused(path)
+
+
+@pytest.mark.parametrize("kind", ["feather", "parquet"])
+def test_a_text_that_stands_for_many_is_no_memory(tmp_path, kind):
+    text = pa.DictionaryArray.from_arrays(pa.array(np.zeros(3000, np.int32)), pa.array(["x" * (1 << 18)]))
+    columns = [pa.array(np.zeros(3000))] * (len(CHANNELS) - 1)
+    path = tmp_path / f"a.{kind}"
+    if kind == "feather":
+        feather(path, text, *columns)
+    else:
+        pq.write_table(pa.table([text, *columns], list(CHANNELS)), path)
+    assert read_or_refuse(path) < MOST
+    before = pa.default_memory_pool().max_memory()
+    assert before < 3000 << 18
 
 
 def test_what_is_packed_in_bags_unpacks_within_a_budget(tmp_path):

@@ -32,7 +32,7 @@ def bounded_time(seconds: float) -> Iterator[None]:
         finally:
             is_done.set()
             clock.wait(watchdog)
-            # What was raised and has not come yet would end something else.
+            # An exception that has not come yet would end something else.
             ctypes.pythonapi.PyThreadState_SetAsyncExc(reader, None)
     except _Over:
         raise TimeoutError(f"takes more than {seconds:g} s") from None

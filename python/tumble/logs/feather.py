@@ -13,7 +13,9 @@ import pyarrow.ipc  # type: ignore[import-untyped]
 from tumble.foundation.errors import LogError
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
+from tumble.logs.budget import memory_budget
 from tumble.logs.damage import damage_said
+from tumble.logs.feather_sizes import largest_unpacked
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
 
@@ -45,12 +47,26 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
             raise LogError(
                 f"{path}: is Feather of version 1; write it again with pandas.DataFrame.to_feather"
             )
+    with damage_said(path, _REMEDY):
+        _refuse_large(path)
     with damage_said(path, _REMEDY), pa.OSFile(str(path)) as file:
         reader = pa.ipc.open_file(file)
         if names is not None:
             fields = [number for number, name in enumerate(reader.schema.names) if name in names]
             reader = pa.ipc.open_file(file, options=pa.ipc.IpcReadOptions(included_fields=fields))
         yield reader
+
+
+def _refuse_large(path: Path) -> None:
+    """Raises `LogError` where a batch unpacks to more than the file may take: each is held whole."""
+    with path.open("rb") as file:
+        size = file.seek(0, 2)
+        most, found = max(size, memory_budget(size)), largest_unpacked(file)
+    if found > most:
+        raise LogError(
+            f"{path}: a batch unpacks to {found >> 20} MiB, and {most >> 20} are allowed; write it again in "
+            "batches of fewer rows"
+        )
 
 
 def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
