@@ -9,6 +9,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -199,6 +200,18 @@ def test_lengths_of_feather_that_lie_are_one_line(tmp_path, stated):
     refused(path)
 
 
+@contextmanager
+def measured_pool():
+    """Gives the pool from which pyarrow takes its memory while the block runs."""
+    before = pa.default_memory_pool()
+    pool = pa.proxy_memory_pool(before)
+    pa.set_memory_pool(pool)
+    try:
+        yield pool
+    finally:
+        pa.set_memory_pool(before)
+
+
 @pytest.mark.parametrize("kind", ["feather", "parquet"])
 def test_a_text_that_stands_for_many_is_no_memory(tmp_path, kind):
     text = pa.DictionaryArray.from_arrays(pa.array(np.zeros(3000, np.int32)), pa.array(["x" * (1 << 18)]))
@@ -208,9 +221,22 @@ def test_a_text_that_stands_for_many_is_no_memory(tmp_path, kind):
         feather(path, text, *columns)
     else:
         pq.write_table(pa.table([text, *columns], list(CHANNELS)), path)
-    assert read_or_refuse(path) < MOST
-    before = pa.default_memory_pool().max_memory()
-    assert before < 3000 << 18
+    with measured_pool() as pool:
+        assert read_or_refuse(path) < MOST
+    assert pool.max_memory() < MOST
+
+
+@pytest.mark.parametrize("is_dictionary", [False, True])
+def test_texts_of_parquet_take_memory_within_a_budget(tmp_path, is_dictionary):
+    text = pa.array(["1" * (1 << 18)] * 1000)
+    columns = [pa.array(np.zeros(1000))] * (len(CHANNELS) - 1)
+    path = tmp_path / "a.parquet"
+    table = pa.table([text, *columns], list(CHANNELS))
+    pq.write_table(table, path, compression="zstd", use_dictionary=is_dictionary)
+    assert path.stat().st_size < 400_000
+    with measured_pool() as pool:
+        assert read_or_refuse(path) < MOST
+    assert pool.max_memory() < MOST
 
 
 def test_what_is_packed_in_bags_unpacks_within_a_budget(tmp_path):

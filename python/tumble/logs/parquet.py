@@ -14,12 +14,15 @@ import pyarrow as pa  # type: ignore[import-untyped]
 from tumble.foundation.errors import LogError
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
+from tumble.logs.budget import memory_budget
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, with_written_units
 
 if TYPE_CHECKING:
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
+_TEXT = "BYTE_ARRAY"
+"""Type of columns of text, as Parquet names it."""
 FACTS = (b"tumble.serial", b"tumble.corrected", b"tumble.units")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
 
@@ -49,11 +52,14 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[pq.ParquetFile]:
-    """Opens for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
+def opened(path: Path, texts: Sequence[str] = ()) -> Iterator[pq.ParquetFile]:
+    """Opens for reading page by page; otherwise the compressed bytes of the whole file end up in memory.
+
+    A text in the columns `texts` that stands for many is kept once.
+    """
     import pyarrow.parquet as pq  # brings libraries of network file systems, for which sessions would wait
 
-    in_pages = {"buffer_size": 1 << 20, "pre_buffer": False}
+    in_pages = {"buffer_size": 1 << 20, "pre_buffer": False, "read_dictionary": list(texts)}
     try:
         with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:
             yield file
@@ -72,4 +78,19 @@ def _problem(path: Path) -> str:
 
 def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
     with opened(path) as file:
+        texts = _texts(path, file.metadata, names)
+    with opened(path, texts) as file:
         yield from ahead(file.iter_batches(CHUNK_SAMPLES, columns=list(names)))
+
+
+def _texts(path: Path, stated: pq.FileMetaData, names: Sequence[str]) -> list[str]:
+    """Returns which columns hold text, and are not packed beyond the budget; raises `LogError` otherwise."""
+    texts: set[str] = set()
+    most = memory_budget(path.stat().st_size)
+    for group in range(stated.num_row_groups):
+        columns = [stated.row_group(group).column(each) for each in range(stated.num_columns)]
+        found = [each for each in columns if each.path_in_schema in names and each.physical_type == _TEXT]
+        if sum(each.total_uncompressed_size for each in found) > most:
+            raise LogError(f"{path}: columns of text unpack to more than {most >> 20} MiB; write numbers")
+        texts.update(each.path_in_schema for each in found)
+    return sorted(texts)
