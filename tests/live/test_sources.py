@@ -239,6 +239,22 @@ def test_without_an_address_only_this_machine_is_listened_to(text):
     assert host_and_port(parse_address("udp://0.0.0.0:9000"), "0.0.0.0:9000")[0] == "0.0.0.0"
 
 
+@pytest.mark.parametrize("kind", ["tcp://", "udp://", "foxglove://", "mavlink:tcp:"])
+@pytest.mark.parametrize("host", ["u:hunter2@127.0.0.1", "host:1", "a b", "[::1", "fe80::x", "a@b"])
+def test_a_host_that_is_none_is_one_line_without_a_secret(kind, host):
+    with pytest.raises(LogError) as caught:
+        host_and_port(parse_address(f"{kind}{host}:9000/imu"), f"{host}:9000")
+    assert "expected HOST:PORT" in str(caught.value)
+    assert "hunter2" not in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("host", ["::1", "[::1]", "fe80::1%eth0", "localhost", "192.168.1.7", "bank-2.local"])
+def test_a_host_is_a_name_or_an_address(host):
+    found = host_and_port(parse_address(f"tcp://{host}:9000"), f"{host}:9000")
+    assert found == (host.strip("[]"), 9000)
+
+
 def test_selected_sender_is_read_and_the_others_are_counted():
     port = free_port()
     pieces = text_lines(TABLE).splitlines()

@@ -279,6 +279,13 @@ def test_the_directory_of_an_archive_is_read_once_for_all_arrays(tmp_path, monke
     assert len(opened) == 1
 
 
+def test_the_words_of_a_library_on_a_damaged_file_are_bounded(tmp_path):
+    path = tmp_path / "a.npy"
+    head = b"(" * 3000 + b")" * 3000 + b"\n"
+    path.write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(head)) + head)
+    assert len(refused(path)) < 500 + len(str(path))
+
+
 def test_an_archive_with_an_array_twice_is_refused(tmp_path):
     path = tmp_path / "log.npz"
     np.savez(path, acc=np.ones((4, 3)))

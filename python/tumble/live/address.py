@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from ipaddress import IPv6Address
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -19,6 +20,7 @@ CLOCK_RATE = "clock-rate"
 STANDARD_INPUT = "stdin"
 """Scheme of what is piped into the program; `-` is the same."""
 _ON_NETWORK = re.compile(r"(?P<place>(?:(?:udpin|udp|tcp):)?(?:\[[^\]]*\]|[^:\[\]]*):\d+):(?P<unit>.+)")
+_HOST = re.compile(r"[^\s:/?#@\[\]%]*")
 _NETWORK_SCHEMES, _PATH_SCHEMES = ("udp", "tcp", "mavlink"), ("serial", "file", "mavlink")
 
 
@@ -113,6 +115,18 @@ def host_and_port(address: Address, place: str) -> tuple[str, int]:
     """Reads `HOST:PORT`, or `:PORT` for programs on this machine; raises `LogError` where it is neither."""
     host, _, port = place.rpartition(":")
     number = number_of(port) if port.isalnum() else None
-    if number is None or not 0.0 < number < 1 << 16:
+    host = host[1:-1] if host.startswith("[") and host.endswith("]") else host
+    if number is None or not 0.0 < number < 1 << 16 or not _is_host(host):
         raise LogError(f"{address.text}: expected HOST:PORT, such as 0.0.0.0:9000")
-    return host.strip("[]") or LOOPBACK, int(number)
+    return host or LOOPBACK, int(number)
+
+
+def _is_host(text: str) -> bool:
+    """Returns whether a text may name a host, or is an address of IPv6: libraries stumble over others."""
+    if ":" not in text:
+        return _HOST.fullmatch(text) is not None
+    try:
+        IPv6Address(text)
+    except ValueError:
+        return False
+    return True

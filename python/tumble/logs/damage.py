@@ -8,6 +8,8 @@ from pathlib import Path
 
 from tumble.foundation.errors import LogError, TumbleError
 
+LONGEST_REASON = 200
+"""Letters of a library's words, which may hold all that stands in the file."""
 COPY_OR_SAVE = "copy it again, or save it again"
 """Remedy for a damaged file that no tool repairs."""
 
@@ -24,5 +26,5 @@ def damage_said(path: Path, remedy: str) -> Iterator[None]:
         raise
     except Exception as error:
         words = str(error).splitlines()
-        reason = words[0] if words else type(error).__name__
+        reason = words[0][:LONGEST_REASON] if words else type(error).__name__
         raise LogError(f"{path}: the file is damaged or cut short ({reason}); {remedy}") from error
