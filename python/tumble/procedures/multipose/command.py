@@ -49,6 +49,10 @@ class PoseOptions(Options):
         Path | None,
         typer.Option(metavar="FILE", help="Labelled stretches, CSV label,start,end or JSON, in samples."),
     ] = None
+    pose_means: Annotated[
+        bool,
+        typer.Option("--pose-means", help="Each row of the log is the mean of a pose, without time."),
+    ] = False
 
 
 def multipose_command(
@@ -93,10 +97,11 @@ def multipose_command(
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
     from tumble.procedures.multipose import summary
+    from tumble.procedures.multipose.pose_means import without_time
     from tumble.procedures.multipose.procedure import as_counts, multipose
     from tumble.procedures.multipose.viewers import viewer_content
 
-    read = reading.read()
+    read = without_time(reading.read()) if poses.pose_means else reading.read()
     options: dict[str, Any] = {
         **gravity.stated(),
         "g_sensitivity": poses.g_sensitivity,
@@ -112,8 +117,10 @@ def multipose_command(
         viewers.refuse_live()
         if earth.current:
             raise ProcedureError("--current is for recordings: what is read live states no current")
-        if poses.faces or poses.sections:
-            raise ProcedureError("--faces and --sections are for recordings; give them with the session then")
+        if poses.faces or poses.sections or poses.pose_means:
+            raise ProcedureError(
+                "--faces, --sections and --pose-means are for recordings; give them with the session then"
+            )
         run_live(log, output, read, live, options, maker, voice, raw=poses.raw)
         return
     live.refuse_without_live()
@@ -132,6 +139,7 @@ def multipose_command(
             raw=poses.raw,
             faces=poses.faces,
             sections=poses.sections,
+            pose_means=poses.pose_means,
             read=read,
             operator=maker.operator,
             station=maker.station,

@@ -36,13 +36,19 @@ from tumble.foundation.provenance import Provenance, date_now, log_digest
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Rest, TriadResult
 from tumble.foundation.units import TRIADS
-from tumble.logs import ReadOptions, parse_spec
+from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.poses.triads import triad_result
 from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
 from tumble.procedures.magnetometer.procedure import calibrated, resting_accelerometer, track_of
 from tumble.procedures.magnetometer.result import MagnetometerResult
 from tumble.procedures.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
+from tumble.procedures.multipose.pose_means import (
+    each_points_elsewhere,
+    held,
+    with_noise_of_means,
+    without_time,
+)
 from tumble.procedures.multipose.result import (
     Faces,
     FerrarisTriad,
@@ -124,6 +130,7 @@ def multipose(
     calibration: Calibration | str | Path | None = None,
     faces: bool = False,
     sections: Sections | None = None,
+    pose_means: bool = False,
     magnetometer: EarthField | bool = False,
     current: bool = False,
     read: ReadOptions | None = None,
@@ -144,7 +151,8 @@ def multipose(
 
     With `faces` the unit lay on the six faces of a box, with a full turn about each axis: what is known of
     the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
-    a list of `Section`: what is labelled a rest is taken for one, and six faces for six faces.
+    a list of `Section`: what is labelled a rest is taken for one, and six faces for six faces. With
+    `pose_means` each row of a table is the mean of a pose: the scatter of the means is their noise.
 
     With `magnetometer`, True or the Earth's field at the place, that of the log is calibrated at the same
     rests, in the frame of the accelerometer; with `current` its response to the current in the log as well.
@@ -160,12 +168,16 @@ def multipose(
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
     if raw and magnetometer:
         raise ProcedureError("--magnetometer is of readings in SI units, --raw of counts; leave one out")
-    recording = open_sampled(source, as_counts(read) if raw else read)
+    if pose_means:
+        _refuse_beside_means(faces=faces, sections=sections is not None, magnetometer=bool(magnetometer))
+    recording = _opened(source, read, raw=raw, pose_means=pose_means)
     track = track_of(recording) if magnetometer else None
     if raw and calibration is not None:
         raise ProcedureError("--calibration is of readings in SI units, --raw of counts; leave one out")
     before = started_from(calibration, recording.metadata)
     labelled = _labelled(recording, sections)
+    if pose_means:
+        recording, labelled = held(recording)
     on_faces = faces or are_faces(labelled)
     unit = _acquired(recording, strength, raw=raw, progress=progress)
     has_gyroscope = "gyroscope" in unit.triads
@@ -175,7 +187,7 @@ def multipose(
     frozen = [] if labelled else frozen_stretches(samples)
     used = _without(samples, frozen)
 
-    def fit(before: Calibration | None) -> _core.MultiposeFigures:
+    def fit(before: Calibration | None, density: FloatArray | None = None) -> _core.MultiposeFigures:
         compensated = used if before is None else before.at_reference(used)
         return _core.multipose_of(
             compensated.time,
@@ -186,7 +198,7 @@ def multipose(
             g_sensitivity=g_sensitivity,
             latitude=math.radians(latitude) if earth_rate and latitude is not None else None,
             raw=raw,
-            noise_density=_known(before, "noise_density"),
+            noise_density=_known(before, "noise_density") if density is None else density,
             bias_instability=_known(before, "bias_instability"),
             faces=on_faces,
             sections=_placed(labelled, unit),
@@ -195,15 +207,18 @@ def multipose(
             gravity_sigma=place.sigma or 0.0,
         )
 
+    noise_of_means = None
     try:
-        figures = fit(before)
+        if pose_means:
+            figures, noise_of_means = with_noise_of_means(lambda density: fit(before, density))
+        else:
+            figures = fit(before)
         if before is not None and any(drift.scale for drift in before.temperature_drifts().values()):
             # The effect of a drifting scale depends on the bias, which the first fit estimates.
             figures = fit(_with_biases(before, figures))
     except _core.CoreError as error:
         kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError
-        rate = f"; is {read.rate:g} Hz of --rate right?" if read is not None and read.rate else ""
-        raise kind(explain(*error.args) + rate, about=recording.name) from None
+        raise kind(explain(*error.args) + _hint(recording, read), about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
     reason = _gyroscope_reason(figures, has_gyroscope)
     magnetic, magnetic_reason = _magnetometer(track, magnetometer, figures, unit, current=current)
@@ -239,7 +254,13 @@ def multipose(
         provenance=_provenance(source, operator, station),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
-        options={"g-sensitivity": g_sensitivity, "earth-rate": earth_rate, "raw": raw, "faces": on_faces},
+        options={
+            "g-sensitivity": g_sensitivity,
+            "earth-rate": earth_rate,
+            "raw": raw,
+            "faces": on_faces,
+            "pose-means": pose_means,
+        },
         software=f"tumble {_core.__version__}",
     )
     stood_still = (
@@ -249,6 +270,7 @@ def multipose(
     )
     warnings = (
         *stood_still,
+        *([] if noise_of_means is None else [_about_means(noise_of_means)]),
         *_warnings(result, found, figures),
         *_about_the_start(result),
         *temperatures.notices(),
@@ -257,6 +279,34 @@ def multipose(
         *([f"the magnetometer is not calibrated: {magnetic_reason}"] if magnetic_reason else []),
     )
     return replace(result, warnings=warnings)
+
+
+def _refuse_beside_means(**others: bool) -> None:
+    for name, given in others.items():
+        if given:
+            raise ProcedureError(f"--pose-means is of a table with a row a pose; leave out --{name}")
+
+
+def _opened(source: RecordingSource, read: ReadOptions | None, *, raw: bool, pose_means: bool) -> Recording:
+    """Opens a log; rows that are means of poses need no time."""
+    if pose_means:
+        read = without_time(read)
+    opened = open_recording if pose_means else open_sampled
+    return opened(source, as_counts(read) if raw else read)
+
+
+def _hint(recording: Recording, read: ReadOptions | None) -> str:
+    """Returns what may explain a refusal besides the poses."""
+    if each_points_elsewhere(recording):
+        return "; each row points elsewhere: if each is the mean of a pose, give --pose-means"
+    return f"; is {read.rate:g} Hz of --rate right?" if read is not None and read.rate else ""
+
+
+def _about_means(sigma: float) -> str:
+    return (
+        f"each row is taken for the mean of a pose, and the noise of a mean is the scatter about the fit, "
+        f"{1e3 * sigma:.2g} mm/s^2"
+    )
 
 
 def _magnetometer(
