@@ -169,12 +169,15 @@ class TurntableSettings:
         gravity_sigma: float = 0.0,
     ) -> None: ...
 
+BiasDrift: TypeAlias = tuple[FloatArray, FloatArray, float]
+
 class ReferenceFigures(TypedDict, total=False):
     """What the reference showed; the keys from `R_e` on only where poses are known."""
 
     bias: FloatArray
     bias_sigma: FloatArray
     norm_residual: float
+    drift: BiasDrift
     excess: float
     gyroscope_bias: FloatArray
     gyroscope_bias_sigma: FloatArray
@@ -228,8 +231,10 @@ class TriadFigures(TypedDict, total=False):
     by_gravity: list[float]
     by_table: list[float]
     parts_jacobian: FloatArray
-    drift: FloatArray
-    drift_sigma: FloatArray
+    drift: BiasDrift
+    """Change over the session, its 1-sigma, and its time constant, s: infinite for a straight line."""
+    slip: tuple[int, int, float, float]
+    """Rests of the reference before and behind, angle and its 1-sigma, rad."""
     rank: int
     widened: float
     by_direction: float
@@ -1082,6 +1087,7 @@ class AlignFigures(TypedDict):
     rotation_vector: FloatArray
     rotation_vector_covariance: FloatArray
     completed: bool
+    widened: float
     sensor_from_primary: FloatArray
     rotation_covariance: FloatArray
     rotation_unseen: FloatArray

@@ -22,13 +22,14 @@ accelerometer:
 
 
 def corrupted(folder, slip):
-    """Logs of a session whose target turned in its fixture by some rad about all axes for half the poses."""
+    """Logs of a session whose target turned to and fro in its fixture by some rad about all axes."""
     session = simulate(5100, rest_seconds=6.0, grades=("industrial",))
     reference, target = write(session, folder)
     samples = session.target_units[0].samples
     force = samples.accelerometer.copy()
-    half = len(force) // 2
-    force[half:] += np.cross(force[half:], np.full(3, slip))
+    for first in range(len(force) // 6, len(force), len(force) // 3):
+        part = slice(first, first + len(force) // 6)
+        force[part] += np.cross(force[part], np.full(3, slip))
     with open_writer(target) as writer:
         writer.write(Chunk(samples.time, force, samples.gyroscope))
     return reference, target

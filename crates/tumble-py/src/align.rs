@@ -82,6 +82,7 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("rotation_vector", array1(py, &vector))?;
     figures.set_item("rotation_vector_covariance", array2(py, &covariance))?;
     figures.set_item("completed", found.completed)?;
+    figures.set_item("widened", found.widened.sqrt())?;
     figures.set_item("sensor_from_primary", array2(py, rates.rotation.matrix()))?;
     figures.set_item("rotation_covariance", array2(py, &rates.rotation_covariance))?;
     figures.set_item("rotation_unseen", stacked(py, rates.unseen.iter().copied()))?;

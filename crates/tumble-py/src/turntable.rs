@@ -1,7 +1,7 @@
 //! The turntable procedure: reference, then targets.
 
 use nalgebra::Vector3;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
@@ -11,9 +11,10 @@ use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyroscope};
 use tumble_lab::simulate::grade::SensorGrade;
 use tumble_lab::turntable::{
-    AxisResponse, Clocks, CommandedRates, GSensitivity, PairingError, RESPONSE_FALSE_ALARM, RateLevel,
-    Reference, ReferenceUncertainty, ResidualLabel, Target, TriadCalibration, Triads, TurntableError,
-    TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
+    AxisResponse, BiasDrift, Clocks, CommandedRates, GSensitivity, PairingError, RESPONSE_FALSE_ALARM,
+    RateLevel, Reference, ReferenceUncertainty, ResidualLabel, Target, TriadCalibration, Triads,
+    TurntableError, TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
+    reference_uncertainty,
 };
 
 use crate::acquisition::PyAcquired;
@@ -170,6 +171,9 @@ fn fit_reference_of(
     figures.set_item("bias", array1(py, &sphere.bias))?;
     figures.set_item("bias_sigma", array1(py, &sigma))?;
     figures.set_item("norm_residual", sphere.norm_residual)?;
+    if let Some(drift) = &inner.drift {
+        figures.set_item("drift", bias_drift(py, &drift.as_bias_drift()))?;
+    }
     figures.set_item("excess", inner.excess())?;
     figures.set_item("gyroscope_bias", array1(py, &inner.earth.bias))?;
     let rate_sigma = inner.earth.covariance.diagonal().map(f64::sqrt);
@@ -314,6 +318,15 @@ fn clock<'py>(
     Ok(figures)
 }
 
+/// Change over the session, its 1-sigma, and its time constant, s.
+fn bias_drift(py: Python<'_>, drift: &BiasDrift) -> (Py<PyArray1<f64>>, Py<PyArray1<f64>>, f64) {
+    (
+        array1(py, &drift.change),
+        array1(py, &drift.sigma),
+        drift.constant,
+    )
+}
+
 /// Figures of one triad.
 pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
@@ -364,9 +377,14 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
         figures.set_item("by_table", responses.by_table.as_slice().to_vec())?;
         figures.set_item("parts_jacobian", array2(py, &triad.parts.jacobian()))?;
     }
-    if let Some((drift, sigma)) = &triad.drift {
-        figures.set_item("drift", array1(py, drift))?;
-        figures.set_item("drift_sigma", array1(py, sigma))?;
+    if let Some(drift) = &triad.drift {
+        figures.set_item("drift", bias_drift(py, drift))?;
+    }
+    if let Some(slip) = &triad.slip {
+        let angle = slip.turn.norm();
+        let along = slip.turn / angle;
+        let sigma = along.dot(&(slip.covariance * along)).sqrt();
+        figures.set_item("slip", (slip.rests.0, slip.rests.1, angle, sigma))?;
     }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -64,6 +65,11 @@ class Imu:
     def triads(self) -> tuple[Triad, ...]:
         """Those that were recorded; what was acquired of the other is zero, and means nothing."""
         return self.recording.metadata.triads
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, Hz; NaN where the log has no length."""
+        return self.acquired.samples / self.log.duration if self.log.duration > 0.0 else math.nan
 
     @property
     def faults(self) -> list[ChannelFault]:

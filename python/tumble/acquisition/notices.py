@@ -10,6 +10,7 @@ from tumble.acquisition.imu import ChannelFault, Imu
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.log_formats import FIRMWARE_OF
 from tumble.foundation.recording import Metadata
+from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs.unread_columns import on_missing
@@ -18,9 +19,14 @@ MOST_NAMED = 3
 """Turns of which a notice gives the time; the others it counts."""
 
 
-def notices(unit: Imu) -> Iterator[str]:
-    """Yields a notice on each kind of samples left out, and the remarks of the reader."""
+def notices(unit: Imu, missing: int | None = None) -> Iterator[str]:
+    """Yields a notice on each kind of samples left out, and the remarks of the reader.
+
+    `missing` counts the samples that are missing where the files of a folder were joined: pauses between
+    them are none.
+    """
     metadata, acquired = unit.recording.metadata, unit.acquired
+    missing = acquired.missing if missing is None else missing
     for triad in TRIADS:
         if triad not in unit.triads:
             yield (
@@ -31,6 +37,7 @@ def notices(unit: Imu) -> Iterator[str]:
     yield from metadata.remarks
     yield from metadata.assumptions_but(*_confirmed(unit))
     yield from unit.notices
+    yield from on_slow_rate(unit.rate)
     yield from correction_notice(metadata)
     for start, end, why in acquired.rejected_rests:
         yield f"{unit.log.time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
@@ -39,10 +46,10 @@ def notices(unit: Imu) -> Iterator[str]:
     yield from coarse_notices(unit)
     if not unit.recording.parts:
         yield from _gaps(unit)
-    if acquired.missing:
-        share = 100.0 * acquired.missing / (acquired.samples + acquired.missing)
+    if missing:
+        share = 100.0 * missing / (acquired.samples + missing)
         yield (
-            f"{count_of('sample', acquired.missing)} missing ({share:.2g} %): integrals over turns run "
+            f"{count_of('sample', missing)} missing ({share:.2g} %): integrals over turns run "
             "straight across the pauses, and the sigmas include what that leaves"
         )
     if acquired.not_finite:

@@ -393,6 +393,16 @@ NO_LOGS = (
         "write its RAWIMU messages as CSV with NovAtel Convert",
         (b"\xaa\x44\x12", b"\xaa\x44\x13"),
     ),
+    NoLog(
+        "a NovAtel ASCII log",
+        "write its RAWIMU or CORRIMU messages as CSV with NovAtel Convert, and name them with --columns",
+        pattern=rb"\A[#%][A-Z][A-Z0-9]*A,[^\n]*;[^\n]*\*[0-9a-fA-F]{8}",
+    ),
+    NoLog(
+        "a binary WitMotion log",
+        "export it as text with WitMotion's program",
+        pattern=rb"\A(?:\x55[\x50-\x5a](?s:.){9}){3}",
+    ),
     NoLog("a TDMS file of LabVIEW", "write it as CSV with npTDMS", (b"TDSm",)),
     NoLog("an ASAM MDF file", "write it as CSV or Parquet with asammdf", (b"MDF     ",)),
     NoLog("a CAN log of Vector", "write it as CSV with asammdf or python-can", (b"LOGG",)),

@@ -57,6 +57,8 @@ class Evidence:
     """Indicates whether a magnetometer was recorded beside it."""
     faults: tuple[str, ...]
     """Faults that make the recording unsuitable for every procedure."""
+    lacking_rate: tuple[str, ...] = ()
+    """Reasons why the sample rate does not show motion."""
 
     @cached_property
     def directions(self) -> list[FloatArray]:

@@ -85,6 +85,7 @@ _MAGNETOMETER = (
 )
 _TIME = (
     "time_since_start",
+    "gps_tow",
     "seconds_elapsed",
     "elapsed_time",
     "timestamp_unix",
@@ -163,7 +164,7 @@ def _spellings(words: Sequence[str], quantity: Quantity) -> tuple[_Spelling, ...
     return (
         _Spelling(long, f"{_PREFIX}(?:{name})_(?P<unit>{unit}){axis}"),
         _Spelling(words, f"{_PREFIX}(?:{_any(words)}){axis}{in_unit}"),
-        _Spelling(long, f"{_PREFIX}(?P<axis>[xyz])_?(?:{name}){in_unit}"),
+        _Spelling(long, f"{_PREFIX}(?P<axis>[xyz])[_ ]?(?:{name}){in_unit}"),
         _Spelling(
             long,
             f"{_PREFIX}(?:{name})_?(?P<range>{_RANGE}){_SEPARATOR}(?P<axis>[xyz])\\]?{in_unit}",
@@ -212,6 +213,10 @@ _LOADS: Mapping[LoadUnit, str] = {
 """Names of what disturbs a magnetometer, by its unit."""
 _COUNTER = f"(?!(?:d|dt|delta|diff|latency|delay|age|period|exposure)_).+_(?P<unit>{_any(_FRACTIONS)})"
 """Any name with a unit of time behind it, but for those of a duration."""
+_DESCRIPTORS = {"x8004": "g", "x8005": "rad/s", "x8006": "G"}
+"""Units by the descriptor of a MIP field, which MicroStrain's programs write behind a name."""
+_DEGREES = ("°", "℃", "°c")
+"""Brackets behind the `T` of WitMotion, which is no time then."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*[^\])0-9][^\])]*)[\])]\s*$")
 
 
@@ -301,6 +306,10 @@ def recognise(name: str) -> Column | None:
         return None
     bracketed = _BRACKETS.match(name)
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
+    if bracket is not None:
+        bracket = _DESCRIPTORS.get(bracket.lower(), bracket)
+        if stem == "T" and bracket.lower() in _DEGREES:
+            return Column("temperature", 0, "", "degC")
     if _LEFT_OUT.fullmatch(stem):
         return None
     state = _STATE.fullmatch(stem)

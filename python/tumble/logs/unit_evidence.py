@@ -1,7 +1,7 @@
 """The evidence of values for their unit: how likely each unit makes them, given what sensors are like.
 
 The unit that makes values likely by far is recognised. Where another makes them nearly as likely, the unit is
-an assumption, which is reported, or the user is asked for it.
+an assumption, which is reported, or the user is asked for it (docs/theory/units.md).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Usual:
     def log_likelihood(self, value: float) -> float:
         """Returns the logarithm of the density relative to its peak."""
         sigmas = math.log(value / self.median) / math.log(self.factor)
-        return max(-0.5 * sigmas * sigmas, math.log(self.unusual))
+        return max(-0.5 * sigmas * sigmas, math.log(self.unusual))  # units.md, eq. 1
 
 
 IMU_RATE = Usual(100.0, 5.0, 1e-4)
@@ -91,9 +91,8 @@ def rest_in(specific_force: FloatArray, readings: FloatArray, interval: float) -
     half = length // 2
     first, last = (_direction(part) for part in (stretches[best, :half], stretches[best, -half:]))
     up = _direction(stretches[best])
-    mean = rate[chosen].mean(axis=0)
     # d up/dt = -rate x up, so that up x d up/dt is minus the rate across it.
-    turned = float(np.linalg.norm(np.cross(first, last))) / ((length - half) * interval)
+    turned = float(np.linalg.norm(np.cross(first, last))) / ((length - half) * interval)  # units.md, eq. 3
     # Readings without any noise are those of a unit that repeats one, which shows nothing.
     if turned > STILL_TURN or not 0.0 < _white_noise(stretches[best], interval) < STILL_NOISE:
         return None
@@ -105,7 +104,7 @@ def rest_in(specific_force: FloatArray, readings: FloatArray, interval: float) -
 
 def _white_noise(values: FloatArray, interval: float) -> float:
     """Returns that of an axis of (n, 3), from successive differences, which slow motion leaves alone."""
-    return math.sqrt(float(np.mean(np.diff(values, axis=0) ** 2)) / 2.0 * interval)
+    return math.sqrt(float(np.mean(np.diff(values, axis=0) ** 2)) / 2.0 * interval)  # units.md, eq. 2
 
 
 def _direction(force: FloatArray) -> FloatArray:
@@ -120,13 +119,13 @@ def log_likelihood_of_rate_unit(rest: StillReadings, unit: float) -> float:
     """
     found = 0.0
     if rest.noise > 0.0:
-        found += RATE_NOISE.log_likelihood(rest.noise * unit)
+        found += RATE_NOISE.log_likelihood(rest.noise * unit)  # units.md, eq. 4
     return found + (RATE_BIAS.log_likelihood(rest.rate * unit) if rest.rate > 0.0 else 0.0)
 
 
 def log_likelihood_of_step(step: float, samples: int | None, rates: Usual) -> float:
     """Returns that of a step of s between samples, of which a log holds that many, where it is known."""
-    found = rates.log_likelihood(1.0 / step)
+    found = rates.log_likelihood(1.0 / step)  # units.md, eq. 5
     return found if samples is None else found + DURATION.log_likelihood(step * max(samples, 1))
 
 

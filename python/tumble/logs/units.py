@@ -278,7 +278,7 @@ def rate_unit_at_rest(rest: StillReadings | None) -> str | None:
     (likely, _), (_, odds) = ordered(
         {name: log_likelihood_of_rate_unit(rest, unit) for name, unit in units.items()}
     )
-    return likely if odds > CERTAIN else None
+    return likely if odds > CERTAIN else None  # units.md, eq. 6
 
 
 def in_celsius(values: FloatArray, unit: str) -> FloatArray:
@@ -333,7 +333,7 @@ def guess_time_unit(time: FloatArray, rates: Usual = IMU_RATE, samples: int | No
         }
     )
     fitting = tuple(other for other, odds in others if odds < CERTAIN)
-    is_open = any(odds < ASKED for _, odds in others)
+    is_open = any(odds < ASKED for _, odds in others)  # units.md, eq. 6
     return TimeGuess(name, ASSUMED if fitting else f"step of {step:.6g} between samples", fitting, is_open)
 
 

@@ -78,6 +78,21 @@ pub struct LevelFree<T: Real> {
     pub degrees_of_freedom: u32,
     /// Degrees of freedom that the variance of a turning row was found with; `None` where it was taken from the rest.
     pub turning_freedom: Option<u32>,
+    /// Factor on the sigmas of the specific force under which it was fitted, because the harmonics ask for it.
+    pub widened: T,
+}
+
+impl<T: Real> SpinPriors<T> {
+    /// The same where the specific force is uncertain by this factor more. What the gyroscope showed stays as it is: its
+    /// noise is that of its own residuals.
+    pub(super) fn widened(&self, factor: T) -> Self {
+        let by = factor * factor;
+        Self {
+            rest_variance: self.rest_variance * by,
+            turning_variance: self.turning_variance * by,
+            ..*self
+        }
+    }
 }
 
 impl<T: Real> LevelFree<T> {
@@ -93,6 +108,7 @@ impl<T: Real> LevelFree<T> {
             by_time: T::zero(),
             degrees_of_freedom: 0,
             turning_freedom: None,
+            widened: T::one(),
         }
     }
 
@@ -122,12 +138,13 @@ impl<T: Real> LevelFree<T> {
         ])
     }
 
-    /// Factor by which the sigmas are widened where the model does not fit the harmonics, one where it does.
+    /// Factor by which the sigmas of the specific force are widened where the model does not fit the harmonics, one where it
+    /// does.
     ///
     /// Chance makes a chi-square beyond the upper limit once in a thousand spins, at one turn as at ten, and beyond the lower
     /// once in a hundred: between the two the widening sets in. All that is too much of it may lie in one direction of the
     /// unknowns: a wheel that slips as the robot starts is seen in few rows.
-    pub(super) fn widening(&self) -> T {
+    fn widening(&self) -> T {
         const UNUSUAL: f64 = 1.8;
         const UNLIKELY: f64 = 2.2;
         // Few rows are a poor measure of the noise in the test.
@@ -503,6 +520,25 @@ impl<T: Real> LevelFreeFit<T> {
         found.floor = axis.floor;
         found.degrees_of_freedom = degrees_of_freedom(found.solution.rows, shown(&found.solution));
         found.turning_freedom = turning_freedom;
+        found.widened = found.widening();
+        Ok(())
+    }
+
+    /// Computes the result of the last round under widened variances: chi-square is that under those before.
+    ///
+    /// # Errors
+    /// Those of [`Self::conclude`].
+    pub fn conclude_widened(
+        &self,
+        priors: &SpinPriors<T>,
+        found: &mut LevelFree<T>,
+    ) -> Result<(), Unsolvable> {
+        let (chi_square, freedom, widened) =
+            (found.solution.chi_square, found.degrees_of_freedom, found.widened);
+        self.conclude(priors, found.turning_freedom, found)?;
+        found.solution.chi_square = chi_square;
+        found.degrees_of_freedom = freedom;
+        found.widened = widened;
         Ok(())
     }
 }

@@ -55,29 +55,24 @@ pub(super) fn from_fit<T: Real>(
         turned_while_still,
         chi_square: fit.solution.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,
-        widening: fit.widening(),
+        widening: fit.widened,
     }
 }
 
-/// Covariance of the unknowns, widened.
+/// Covariance of the unknowns.
 struct Spread<'a, T: Real> {
     covariance: &'a SMatrix<T, UNKNOWNS, UNKNOWNS>,
-    times: T,
 }
 
 impl<'a, T: Real> Spread<'a, T> {
     fn of_fit(fit: &'a LevelFree<T>) -> Self {
-        let widening = fit.widening();
         Self {
             covariance: &fit.solution.covariance,
-            times: widening * widening,
         }
     }
 
     fn of(&self, i: usize, j: usize) -> T {
-        self.covariance
-            .get((i, j))
-            .map_or(T::zero(), |value| *value * self.times)
+        self.covariance.get((i, j)).map_or(T::zero(), |value| *value)
     }
 
     fn sigma(&self, i: usize) -> T {

@@ -64,6 +64,10 @@ enum Slice {
     BelieveAgain,
     /// Computes the estimates of that fit.
     Conclude,
+    /// A round of the fit once more, under the variances that its misfit asks for.
+    Widen,
+    /// Computes the estimates of that fit.
+    ConcludeWidened,
     /// Checks that the floor is within the limit of tilt.
     Check,
 }
@@ -158,7 +162,13 @@ impl<T: Real> SpinSolver<T> {
             Slice::Nothing => return Ok(Solving::GoesOn),
             Slice::Prepare => self.prepare(spin),
             Slice::Check => self.check(spin),
-            Slice::Believe | Slice::Doubt | Slice::Choose | Slice::BelieveAgain | Slice::Conclude => self
+            Slice::Believe
+            | Slice::Doubt
+            | Slice::Choose
+            | Slice::BelieveAgain
+            | Slice::Conclude
+            | Slice::Widen
+            | Slice::ConcludeWidened => self
                 .go_on(spin)
                 .ok_or(SpinFailure::NoRest)
                 .and_then(|gone_on| gone_on.map_err(|_| SpinFailure::Unsolvable)),
@@ -199,12 +209,17 @@ impl<T: Real> SpinSolver<T> {
         let settled = match self.next {
             Slice::Believe | Slice::BelieveAgain => fit.round(harmonics, priors),
             Slice::Doubt => fit.round(harmonics, &doubting(priors, scale_sigma)),
+            Slice::Widen => {
+                let priors = chosen(priors, scale_sigma, self.turned_while_still);
+                fit.round(harmonics, &priors.widened(found.widened))
+            }
+            Slice::ConcludeWidened => fit.conclude_widened(priors, found).map(|()| true),
             Slice::Choose | Slice::Conclude => fit.conclude(priors, freedom, found).map(|()| true),
             Slice::Nothing | Slice::Prepare | Slice::Check => return Some(Ok(Solving::GoesOn)),
         };
         match (settled, self.next) {
             (Err(unsolvable), _) => return Some(Err(unsolvable)),
-            (Ok(false), Slice::Believe | Slice::Doubt) => {}
+            (Ok(false), Slice::Believe | Slice::Doubt | Slice::Widen) => {}
             (_, Slice::Believe) => {
                 self.believed = *fit.unknowns();
                 let part = spin.turned().span() < real(core::f64::consts::TAU);
@@ -226,14 +241,19 @@ impl<T: Real> SpinSolver<T> {
                     return Some(Ok(heading(priors, x)));
                 }
                 self.next = if self.turned_while_still {
-                    self.solved = true;
-                    Slice::Check
+                    Slice::Conclude
                 } else {
                     fit.begin(priors, Some(&self.believed));
                     Slice::BelieveAgain
                 };
             }
             (_, Slice::BelieveAgain) => self.next = Slice::Conclude,
+            (_, Slice::Conclude) if found.widened > T::one() => {
+                let priors = chosen(priors, scale_sigma, self.turned_while_still);
+                fit.begin(&priors.widened(found.widened), Some(&found.solution.x));
+                self.next = Slice::Widen;
+            }
+            (_, Slice::Widen) => self.next = Slice::ConcludeWidened,
             (_, _) => {
                 self.solved = true;
                 self.next = Slice::Check;
@@ -314,6 +334,16 @@ fn prepare<T: Real>(
     let scales = scales(&axis, &reference.bias, turned, true_angle, walk);
     let priors = priors(spin, rests, &axis, &reference.bias, walk, &scales);
     Ok(Prepared { priors, scales })
+}
+
+/// Priors of the fit that is the result.
+#[inline(never)]
+fn chosen<T: Real>(priors: &SpinPriors<T>, scale_sigma: T, turned_while_still: bool) -> SpinPriors<T> {
+    if turned_while_still {
+        doubting(priors, scale_sigma)
+    } else {
+        *priors
+    }
 }
 
 /// Priors without the bias that the rest showed.

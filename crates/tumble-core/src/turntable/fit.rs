@@ -33,10 +33,12 @@ pub struct TriadFit<T: Real, const Q: usize> {
     pub observed: [bool; PARAMETERS],
     /// g-sensitivity, rad/s per m/s^2, and its 1-sigma, where asked for.
     pub g_sensitivity: Option<(Matrix3<T>, Matrix3<T>)>,
-    /// Change of the bias over the session, on a straight line, and its 1-sigma, where asked for.
+    /// Change of the bias over the session and its 1-sigma, where asked for.
     pub drift: Option<(Vector3<T>, Vector3<T>)>,
     /// Correction found for the shared errors.
     pub shared: SVector<T, Q>,
+    /// Its covariance.
+    pub shared_covariance: SMatrix<T, Q, Q>,
     /// Directions of M, b and the shared errors that the data decided.
     pub rank: usize,
     /// Sum of squared normalised residuals.
@@ -229,6 +231,7 @@ fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
             )
         }),
         shared: solution.x.fixed_rows::<Q>(3 * P).into_owned(),
+        shared_covariance: solution.covariance.fixed_view::<Q, Q>(3 * P, 3 * P).into_owned(),
         rank,
         chi_square: solution.chi_square,
         degrees_of_freedom: crate::regression::degrees_of_freedom(solution.rows, unknowns),

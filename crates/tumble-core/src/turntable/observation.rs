@@ -10,8 +10,8 @@ use crate::real::Real;
 pub struct Observation<T: Real, const P: usize, const Q: usize> {
     /// When, s.
     pub interval: Interval<T>,
-    /// Mean truth and what goes with it: `[u, 1]`, `[u, 1, f]` where g-sensitivity is asked for, or `[u, 1, t]` where the bias
-    /// drifts, t from -1/2 to 1/2 over the session.
+    /// Mean truth and what goes with it: `[u, 1]`, `[u, 1, f]` where g-sensitivity is asked for, or `[u, 1, s]` where the bias
+    /// drifts, s the share of its change over the session that it is above its mean then.
     pub regressor: SVector<T, P>,
     /// Mean reading, sensor frame.
     pub reading: Vector3<T>,

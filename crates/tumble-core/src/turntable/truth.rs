@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 
 use crate::noise::{Interval, Noise};
 use crate::products::Length;
-use crate::real::{Real, real};
+use crate::real::Real;
 use crate::rotation::cross_matrix;
 use crate::turntable::mounting::MountingFit;
 use crate::turntable::observation::Observation;
@@ -185,21 +185,40 @@ pub fn turning<T: Real>(
     }
 }
 
-/// Adds the time to the regressors, -1/2 to 1/2 over the session, for biases that drift on a straight line.
+/// Adds `shape` to the regressors: by which share of its change over the session a bias deviates then from its mean.
 pub fn with_drift<T: Real, const Q: usize>(
     observation: &Observation<T, 4, Q>,
-    session: &Interval<T>,
+    shape: T,
 ) -> Observation<T, 5, Q> {
-    let half: T = real(0.5);
-    let middle = |span: &Interval<T>| (span.start + span.end) * half;
-    let time = (middle(&observation.interval) - middle(session)) / (session.end - session.start);
     Observation {
         interval: observation.interval,
-        regressor: SVector::from_fn(|i, _| if i < 4 { observation.regressor[i] } else { time }), // eq. 44
+        regressor: SVector::from_fn(|i, _| if i < 4 { observation.regressor[i] } else { shape }), // eq. 44
         reading: observation.reading,
         reading_variance: observation.reading_variance,
         truth_covariance: observation.truth_covariance,
         sensitivity: observation.sensitivity,
+    }
+}
+
+/// Adds a turn of the target in its case, rad, to the errors that the truths share: those of rests behind a slip have it.
+pub fn with_slip<T: Real>(observation: &ForceObservation<T>, behind: bool) -> Observation<T, 4, 6> {
+    let u = observation.regressor.fixed_rows::<3>(0).into_owned();
+    let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
+    sensitivity
+        .fixed_columns_mut::<3>(0)
+        .copy_from(&observation.sensitivity);
+    if behind {
+        sensitivity
+            .fixed_columns_mut::<3>(3)
+            .copy_from(&-cross_matrix(&u)); // eq. 57
+    }
+    Observation {
+        interval: observation.interval,
+        regressor: observation.regressor,
+        reading: observation.reading,
+        reading_variance: observation.reading_variance,
+        truth_covariance: observation.truth_covariance,
+        sensitivity,
     }
 }
 

@@ -59,6 +59,18 @@ pub struct ForcesFit {
     pub stretch: Matrix3<f64>,
     /// 1-sigma of a component of a residual, m/s^2.
     pub scale: f64,
+    /// Sum of the squares of angle, stretch and delay over what they may be between two sound units.
+    pub of_priors: f64,
+}
+
+impl ForcesFit {
+    /// Widens all that was found by a factor on the variances.
+    pub(super) fn widen(&mut self, by: f64) {
+        self.lever_arm_covariance *= by;
+        self.angle_covariance *= by;
+        self.bias_sigma *= by.sqrt();
+        self.delay_sigma *= by.sqrt();
+    }
 }
 
 struct ForceUnknowns {
@@ -243,8 +255,21 @@ impl ForceUnknowns {
             delay_sigma: sigma[DELAY],
             stretch: self.stretched() - Matrix3::identity(),
             scale,
+            of_priors: of_priors(&prior),
         })
     }
+}
+
+/// Numbers of angle, stretch and delay.
+pub const OF_PRIORS: usize = RATE_BIAS - ROTATION;
+
+/// Their squares over what they may be (docs/theory/align.md, eq. 15).
+fn of_priors(prior: &GaussianPrior<UNKNOWNS>) -> f64 {
+    let missing = prior.missing.fixed_rows::<OF_PRIORS>(ROTATION);
+    let precision = prior
+        .precision
+        .fixed_view::<OF_PRIORS, OF_PRIORS>(ROTATION, ROTATION);
+    missing.dot(&(precision * missing)) // eq. 15
 }
 
 #[cfg(test)]

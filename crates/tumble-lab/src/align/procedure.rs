@@ -6,12 +6,13 @@ use nalgebra::Vector3;
 
 use crate::align::coarse::{self, Shift};
 use crate::align::error::AlignError;
-use crate::align::forces::{self, ForcesFit};
+use crate::align::forces::{self, ForcesFit, OF_PRIORS};
 use crate::align::gravity;
 use crate::align::grid::{Grid, RelativeClock, edges, whole};
 use crate::align::rates::{self, RatesFit};
 use crate::align::samples::{UnitSamples, WindowMoments, force_of, rate_of};
 use crate::align::settings::AlignSettings;
+use crate::distributions::chi_square_tail;
 
 /// Alignment of two units.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub struct Aligned {
     pub window: f64,
     /// True if the rates left the rotation open about an axis, and the specific forces showed it there.
     pub completed: bool,
+    /// Factor on all variances, because the specific forces ask for angles, scales or delays that no sound units have.
+    pub widened: f64,
     /// From the rates.
     pub rates: RatesFit,
     /// From the specific forces, where the rotation is known.
@@ -65,6 +68,8 @@ const LARGEST_RESIDUAL: f64 = 0.5;
 const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
 /// A mirror image is one where a rotation leaves so many times what a reflection leaves.
 const MIRRORED: f64 = 4.0;
+/// Chance of angles, scales and delays between sound units below which they are those of a motion that was not averaged out.
+const UNSOUND: f64 = 1e-3;
 /// Samples that a window holds at least.
 const SAMPLES: f64 = 3.0;
 /// Vibration above half the sample rate is averaged out by longer windows, at the cost of quick motion: so many times
@@ -117,20 +122,36 @@ pub fn align(
 fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettings) -> Option<Aligned> {
     let one_axis = !rates.unseen.is_empty();
     let across = gravity::turn_about_unseen(&mut rates);
-    let forces = forces::fit(&rates, settings)?;
+    let mut forces = forces::fit(&rates, settings)?;
     let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
+    // Without the rotation, the lever arm would be known in no frame.
+    let is_shown = completed || !one_axis;
+    let widened = if is_shown { widening(forces.of_priors) } else { 1.0 };
+    rates.widen(widened);
+    forces.widen(widened);
     for axis in rates.unseen.clone() {
         rates.open(&axis, PI * PI);
     }
     Some(Aligned {
         completed,
+        widened,
         correlation: shift.correlation,
         motion: shift.motion,
         window,
         rates,
-        // Without the rotation, the lever arm would be known in no frame.
-        forces: (completed || !one_axis).then_some(forces),
+        forces: is_shown.then_some(forces),
     })
+}
+
+/// Factor on the variances by what sound units may differ (docs/theory/align.md, eq. 15).
+fn widening(of_priors: f64) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let freedom = OF_PRIORS as f64;
+    if chi_square_tail(of_priors, freedom) < UNSOUND {
+        of_priors / freedom // eq. 15
+    } else {
+        1.0
+    }
 }
 
 /// All shifts within the search; the shift by no window is the latest offset.

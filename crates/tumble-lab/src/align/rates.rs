@@ -66,6 +66,14 @@ pub struct RatesFit {
 }
 
 impl RatesFit {
+    /// Widens all that was found by a factor on the variances.
+    pub(super) fn widen(&mut self, by: f64) {
+        self.rotation_covariance *= by;
+        self.bias_covariance *= by;
+        self.clock_sigma.0 *= by.sqrt();
+        self.clock_sigma.1 *= by.sqrt();
+    }
+
     /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 13).
     pub fn rotation_vector(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let vector = self.rotation.scaled_axis();

@@ -172,6 +172,7 @@ fn describe(
         inherited: None,
         inheritance: Inheritance::default(),
         drift: None,
+        slip: None,
         model: fit.model,
         covariance,
         observed: [true; 12],

@@ -8,6 +8,8 @@ const FIRST_SPAN: f64 = 1.0;
 /// Samples in a span at least: the scatter of fewer is too uncertain.
 const FEWEST_SAMPLES: u32 = 10;
 const MOST_SPANS: usize = 1 << 14;
+/// Least steps between samples that make a pause.
+const PAUSE: f64 = 2.5;
 
 /// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +60,11 @@ impl Span {
         self.time[1] = later.time[1];
     }
 
-    /// Tests whether a sample still belongs to it: it is not long yet, or of few samples.
-    fn holds(&self, time: f64, length: f64) -> bool {
-        let slow = self.moments.samples() < FEWEST_SAMPLES && time - self.time[1] < length;
+    /// Tests whether a sample still belongs to it: it is not long yet, or of few samples. Those of a slow log are apart by
+    /// their `step`, s, not by a pause.
+    fn holds(&self, time: f64, length: f64, step: f64) -> bool {
+        let follows = time - self.time[1] < length.max(PAUSE * step);
+        let slow = self.moments.samples() < FEWEST_SAMPLES && follows;
         slow || time - self.time[0] < length
     }
 
@@ -80,6 +84,9 @@ pub struct ThermalRecorder {
     open: Option<Span>,
     last_reading: f64,
     step: f64,
+    last_time: f64,
+    /// Shortest time from one sample to the next, s; infinite before the second.
+    shortest: f64,
 }
 
 impl Default for ThermalRecorder {
@@ -91,6 +98,8 @@ impl Default for ThermalRecorder {
             open: None,
             last_reading: f64::NAN,
             step: f64::INFINITY,
+            last_time: f64::NAN,
+            shortest: f64::INFINITY,
         }
     }
 }
@@ -101,6 +110,8 @@ impl ThermalRecorder {
         self.close();
         self.session = self.spans.last().map_or(0, |span| span.session + 1);
         self.last_reading = f64::NAN;
+        self.last_time = f64::NAN;
+        self.shortest = f64::INFINITY;
     }
 
     /// Takes in a sample: `time` s, increasing, `temperature` degC, and six channels in SI units. A sample that is not
@@ -114,8 +125,14 @@ impl ThermalRecorder {
             self.step = self.step.min(change);
         }
         self.last_reading = temperature;
+        if time > self.last_time {
+            self.shortest = self.shortest.min(time - self.last_time);
+        }
+        self.last_time = time;
         match &mut self.open {
-            Some(open) if open.holds(time, self.length) => open.push(time, temperature, sample),
+            Some(open) if open.holds(time, self.length, self.shortest) => {
+                open.push(time, temperature, sample)
+            }
             _ => {
                 self.close();
                 self.open = Some(Span::of(self.session, time, temperature, sample));

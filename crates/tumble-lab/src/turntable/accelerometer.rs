@@ -1,22 +1,22 @@
 //! Step 4 for the accelerometer: every rest both units saw.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use tumble_core::noise::Interval;
 use tumble_core::rotation::Procrustes;
 use tumble_core::turntable::fit::{TriadFit, fit};
 use tumble_core::turntable::observation::{FitInputs, Observation};
-use tumble_core::turntable::truth::{
-    CommonRest, ForceObservation, TruthSource, from_poses, from_reference, with_drift,
-};
+use tumble_core::turntable::truth::{CommonRest, ForceObservation, TruthSource, from_poses, from_reference};
 
 use super::direction_misfit::{direction_misfit, with_misfit};
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
-use super::reference::force_at;
 use super::session::{LARGEST_FORCE_BIAS, TargetSession};
+use super::session_change::{
+    Change, Course, Slip, as_slipped, drifting, find_change, shown, slipping, with_slips, without_drift,
+};
 use super::settings::FEWEST_RESTS;
 use super::triad::{ResidualLabel, TriadCalibration, finish};
-use crate::distributions::{chi_square_tail, f_tail};
 
 impl TargetSession<'_> {
     /// Calibrates the accelerometer.
@@ -37,43 +37,80 @@ impl TargetSession<'_> {
         };
         let of_rests = inputs;
         refuse_unshown(&fit::<f64, 4, 3, 15>(&observations, &inputs)?)?;
-        let misfit = direction_misfit(&observations, &inputs)?;
-        let observations = match &misfit {
-            Some(misfit) => with_misfit(&observations, misfit.variance),
-            None => observations,
-        };
-        inputs.noise = refine(&observations, &inputs);
-        let solved = fit::<f64, 4, 3, 15>(&observations, &inputs)?;
         let repeats = repeats(&observations);
+        let misfit = direction_misfit(&observations, &inputs, 0)?;
+        let plain = match &misfit {
+            Some(misfit) => with_misfit(&observations, misfit.variance),
+            None => observations.clone(),
+        };
+        inputs.noise = refine(&plain, &inputs);
+        let solved = fit::<f64, 4, 3, 15>(&plain, &inputs)?;
         let systematic = self.systematic();
-        let triad = finish(
-            &solved,
-            &observations,
-            labels.clone(),
-            &inputs,
-            systematic,
-            &repeats,
-        )?;
-        let drifting: Vec<_> = observations
-            .iter()
-            .map(|each| with_drift(each, &inputs.session))
-            .collect();
-        if let Some(misfit) = misfit {
-            return Ok(TriadCalibration {
+        let triad = finish(&solved, &plain, labels.clone(), &inputs, systematic, &repeats)?;
+        if misfit.is_some() || triad.widened > 1.0 || asks_for_drift(&observations, &of_rests)? {
+            let changed = self.with_change(&observations, &labels, &of_rests, &repeats)?;
+            if let Some(changed) = changed {
+                return Ok(changed);
+            }
+        }
+        Ok(match misfit {
+            Some(misfit) => TriadCalibration {
                 widened: misfit.excess.max(triad.widened),
                 by_direction: misfit.variance.sqrt(),
                 variance_freedom: triad.variance_freedom.min(misfit.freedom),
                 ..triad
-            });
-        }
-        if triad.widened == 1.0 && !asks_for_drift(&observations, &drifting, &of_rests)? {
-            return Ok(triad);
-        }
-        let noise = refine(&drifting, &of_rests);
-        let inputs = FitInputs { noise, ..inputs };
-        let solved = fit::<f64, 5, 3, 18>(&drifting, &inputs)?;
-        let with_drift = finish(&solved, &drifting, labels, &inputs, systematic, &repeats)?;
-        Ok(if explains(&with_drift) { with_drift } else { triad })
+            },
+            None => triad,
+        })
+    }
+
+    /// The calibration with the change within the session that explains what noise does not; `None` where none does
+    /// (docs/theory/turntable.md, section 15).
+    fn with_change(
+        &self,
+        observations: &[ForceObservation<f64>],
+        labels: &[ResidualLabel],
+        of_rests: &FitInputs<f64, 3>,
+        repeats: &[bool],
+    ) -> Result<Option<TriadCalibration>, TurntableError> {
+        let (labels, systematic) = (labels.to_vec(), self.systematic());
+        let session = of_rests.session;
+        let (triad, settled) = match find_change(observations, of_rests)? {
+            None => return Ok(None),
+            Some(Change::Drift(course)) => {
+                let drifting = drifting(observations, &session, course);
+                let inputs = FitInputs {
+                    noise: refine(&drifting, of_rests),
+                    ..*of_rests
+                };
+                let solved = fit::<f64, 5, 3, 18>(&drifting, &inputs)?;
+                let mut triad = finish(&solved, &drifting, labels, &inputs, systematic, repeats)?;
+                let Some(drift) = &mut triad.drift else {
+                    return Ok(None);
+                };
+                drift.constant = course.constant(&session);
+                let settled = without_drift(observations, &session, course, &drift.change);
+                (triad, settled)
+            }
+            Some(Change::Slip(place)) => {
+                let first = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(of_rests))?;
+                let turn = turn_of(&first);
+                // About what the first fit found, the turn is linear.
+                let turned = as_slipped(observations, place, &turn);
+                let slipping = slipping(&turned, place);
+                let mut inputs = with_slips(of_rests);
+                inputs.noise = refine(&slipping, &inputs);
+                let solved = fit::<f64, 4, 6, 18>(&slipping, &inputs)?;
+                let mut triad = finish(&solved, &slipping, labels, &inputs, systematic, repeats)?;
+                let turn = (Rotation3::new(turn_of(&solved)) * Rotation3::new(turn)).scaled_axis();
+                triad.slip = slip(turn, &solved, place, &triad.labels, observations);
+                // A fit does not count the errors that truths share among its unknowns.
+                triad.degrees_of_freedom = triad.degrees_of_freedom.saturating_sub(3);
+                (triad, as_slipped(observations, place, &turn))
+            }
+        };
+        let is_left = direction_misfit(&settled, of_rests, CHANGED)?.is_some();
+        Ok((!is_left && explains(&triad)).then_some(triad))
     }
 
     fn forces(&self) -> Result<(Vec<ResidualLabel>, Vec<ForceObservation<f64>>), TurntableError> {
@@ -90,7 +127,7 @@ impl TargetSession<'_> {
     /// Truth and reading at one rest; `None` where the truth needs a pose that is not known.
     fn force(&self, pair: &PairedRest) -> Result<Option<ForceObservation<f64>>, TurntableError> {
         let gravity = self.settings.gravity;
-        let (reference, reference_covariance) = force_at(self.reference_unit, pair.reference);
+        let (reference, reference_covariance) = self.reference.force_at(self.reference_unit, pair.reference);
         let rest = CommonRest {
             interval: self.when(&pair.segment),
             reference,
@@ -143,39 +180,66 @@ fn refuse_unshown(solved: &TriadFit<f64, 3>) -> Result<(), TurntableError> {
     Ok(())
 }
 
-/// Chance of a drift where there is none, by the noise that rests show and by that of the residuals.
-const FALSE_ALARM: f64 = 1e-3;
-const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
-
-/// True if a straight line explains more than chance does, under the noise that rests show: bias instability that is found in the
-/// residuals would take a drift for its own (docs/theory/turntable.md, eq. 45).
+/// Tests whether a straight line explains more than chance does, under the noise that rests show: bias instability that is
+/// found in the residuals would take a drift for its own (docs/theory/turntable.md, eq. 45).
 fn asks_for_drift(
-    plain: &[Observation<f64, 4, 3>],
-    drifting: &[Observation<f64, 5, 3>],
+    observations: &[ForceObservation<f64>],
     inputs: &FitInputs<f64, 3>,
 ) -> Result<bool, TurntableError> {
-    let plain = fit::<f64, 4, 3, 15>(plain, inputs)?;
-    let drifting = fit::<f64, 5, 3, 18>(drifting, inputs)?;
+    let plain = fit::<f64, 4, 3, 15>(observations, inputs)?;
+    let drifting = drifting(observations, &inputs.session, Course::Line);
+    let drifting = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
     let freedom = f64::from(drifting.degrees_of_freedom);
-    if freedom <= 0.0 {
-        return Ok(false);
-    }
-    let explained = plain.chi_square - drifting.chi_square;
-    let ratio = explained / 3.0 / (drifting.chi_square / freedom);
-    Ok(chi_square_tail(explained.max(0.0), 3.0) < FALSE_ALARM
-        && f_tail(ratio.max(0.0), 3.0, freedom) < FALSE_ALARM_BY_RESIDUALS) // eq. 45
+    Ok(shown(plain.chi_square, drifting.chi_square, 3.0, freedom, 1.0).is_some()) // eq. 45
 }
 
-/// Sigmas by which the drift of an axis is no chance.
+/// The turn that a fit found among the errors that the truths share.
+fn turn_of(solved: &TriadFit<f64, 6>) -> Vector3<f64> {
+    solved.shared.fixed_rows::<3>(3).into_owned()
+}
+
+/// The turn of a target before the rest of this number.
+fn slip(
+    turn: Vector3<f64>,
+    solved: &TriadFit<f64, 6>,
+    place: usize,
+    labels: &[ResidualLabel],
+    observations: &[ForceObservation<f64>],
+) -> Option<Slip> {
+    let rest = |k: usize| match labels[k] {
+        ResidualLabel::Rest(rest) => Some(rest),
+        _ => None,
+    };
+    Some(Slip {
+        turn,
+        covariance: solved.shared_covariance.fixed_view::<3, 3>(3, 3).into_owned(),
+        rests: (rest(place - 1)?, rest(place)?),
+        span: Interval {
+            start: observations[place - 1].interval.end,
+            end: observations[place].interval.start,
+        },
+    })
+}
+
+/// Numbers of a change: of three axes.
+const CHANGED: usize = 3;
+
+/// Sigmas by which a change of an axis is no chance.
 const CLEAR: f64 = 4.0;
 
-/// True if biases that drift on a straight line leave what noise explains, and are shown.
-fn explains(drifting: &TriadCalibration) -> bool {
-    let is_clear = |(value, sigma): &(Vector3<f64>, Vector3<f64>)| {
+/// Tests whether a change leaves what noise explains, and is shown.
+fn explains(changed: &TriadCalibration) -> bool {
+    let is_clear = |value: &Vector3<f64>, sigma: &Vector3<f64>| {
         value.iter().zip(sigma).any(|(v, s)| v.abs() > CLEAR * s)
     };
-    let checked = drifting.degrees_of_freedom > 0 && !drifting.observed.contains(&false);
-    checked && drifting.widened == 1.0 && drifting.drift.as_ref().is_some_and(is_clear)
+    let checked = changed.degrees_of_freedom > 0 && !changed.observed.contains(&false);
+    let drifted = changed
+        .drift
+        .is_some_and(|drift| is_clear(&drift.change, &drift.sigma));
+    let slipped = changed
+        .slip
+        .is_some_and(|slip| is_clear(&slip.turn, &slip.covariance.diagonal().map(f64::sqrt)));
+    checked && changed.widened == 1.0 && (drifted || slipped)
 }
 
 /// Angle by which a structure that is bumped turns at most, rad.

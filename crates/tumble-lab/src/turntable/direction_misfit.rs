@@ -46,14 +46,18 @@ struct DirectionSums {
 }
 
 /// The misfit that residuals show under the noise of the rests; `None` where they show none, or repetitions of a direction
-/// scatter as much (docs/theory/turntable.md, eq. 53 and 54).
+/// scatter as much (docs/theory/turntable.md, eq. 53 and 54). `taken_off` numbers were fitted to the observations before.
 pub(super) fn direction_misfit(
     observations: &[ForceObservation<f64>],
     inputs: &FitInputs<f64, 3>,
+    taken_off: usize,
 ) -> Result<Option<DirectionMisfit>, TurntableError> {
     let directions = grouped(observations, |cosine| cosine > ALIKE);
     let shown = directions.iter().max().map_or(0, |last| last + 1);
-    let Some(between) = (3 * shown).checked_sub(UNKNOWNS).filter(|freedom| *freedom > 0) else {
+    let Some(between) = (3 * shown)
+        .checked_sub(UNKNOWNS + taken_off)
+        .filter(|freedom| *freedom > 0)
+    else {
         return Ok(None);
     };
     #[allow(clippy::cast_precision_loss)]

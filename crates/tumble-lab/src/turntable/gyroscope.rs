@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3};
 use tumble_core::noise::{Interval, Noise};
+use tumble_core::rotation::cross_matrix;
 use tumble_core::segmenter::Segment;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
@@ -17,6 +18,7 @@ use super::g_sensitivity::is_shown;
 use super::pairing::PairedRest;
 use super::rate_response::{AxisResponse, rate_response};
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
+use super::session_change::Slip;
 use super::settings::GSensitivity;
 use super::triad::{ResidualLabel, TriadCalibration, finish};
 use crate::acquisition::motion::Passage;
@@ -63,6 +65,9 @@ impl TargetSession<'_> {
         let mut rates = self.rates(&back);
         if let Some(accelerometer) = accelerometer {
             give_way(&mut rates, accelerometer.by_direction / self.settings.gravity);
+            if let Some(slip) = &accelerometer.slip {
+                rates = as_slipped(rates, slip);
+            }
         }
         if self.reference.table.is_some() {
             // Ramps and turns between rests are known from the reference only.
@@ -433,6 +438,33 @@ fn give_way(rates: &mut [Rate], tilt: f64) {
             rate.observation.truth_covariance += across * (tilt * tilt * alike); // eq. 55
         }
     }
+}
+
+/// Truths as a target that slipped sees them, which all are as uncertain as its turn; the one within which it slipped is left
+/// out (docs/theory/turntable.md, eq. 61).
+fn as_slipped(rates: Vec<Rate>, slip: &Slip) -> Vec<Rate> {
+    let mut slipped = Vec::with_capacity(rates.len());
+    let behind = |rate: &Rate| slip.is_before(&rate.observation.interval);
+    #[allow(clippy::cast_precision_loss)]
+    let alike = (rates.iter().filter(|rate| behind(rate) == Some(true)).count() as f64 / 3.0).max(1.0);
+    for mut rate in rates {
+        match behind(&rate) {
+            Some(false) => {}
+            Some(true) => {
+                let u = rate.observation.regressor.fixed_rows::<3>(0).into_owned();
+                let by_turn = cross_matrix(&u);
+                rate.observation.truth_covariance += by_turn * slip.covariance * by_turn.transpose() * alike; // eq. 61
+                let turned = Rotation3::new(slip.turn) * u;
+                rate.observation
+                    .regressor
+                    .fixed_rows_mut::<3>(0)
+                    .copy_from(&turned);
+            }
+            None => continue,
+        }
+        slipped.push(rate);
+    }
+    slipped
 }
 
 /// A segment as a span of a recording.

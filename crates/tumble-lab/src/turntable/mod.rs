@@ -17,8 +17,10 @@ pub mod magnetometer;
 pub mod pairing;
 mod rate_response;
 mod reference;
+mod reference_drift;
 pub mod reference_uncertainty;
 mod session;
+mod session_change;
 mod settings;
 mod target;
 mod triad;
@@ -31,6 +33,8 @@ pub use reference::{
     Reference, ReferenceUncertainty, TableTruth, Ups, fit_reference, force_sigma, own_sphere, poses,
     rate_sigma,
 };
+pub use reference_drift::ReferenceDrift;
+pub use session_change::{BiasDrift, Slip};
 pub use settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 pub use target::{Target, Triads, as_reference, calibrate};
 pub(crate) use triad::widening;

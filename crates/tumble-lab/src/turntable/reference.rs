@@ -9,6 +9,7 @@ use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_
 use tumble_core::turntable::truth::Attitude;
 
 use super::error::TurntableError;
+use super::reference_drift::{ReferenceDrift, settled_sphere};
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::plateaus::LARGEST_REFERENCE_BIAS;
 use crate::acquisition::{Acquired, interval};
@@ -21,6 +22,8 @@ pub type Ups = [Option<Vector3<f64>>];
 pub struct Reference {
     /// Bias of its accelerometer.
     pub sphere: SphereFit<f64>,
+    /// Change of that bias over the session, where its rests show one.
+    pub drift: Option<ReferenceDrift>,
     /// Bias of its gyroscope and the Earth's rotation.
     pub earth: EarthFit<f64>,
     /// Attitude at each rest against the first.
@@ -65,6 +68,15 @@ pub struct DeviatedReference {
 }
 
 impl Reference {
+    /// Mean and covariance of the specific force at rest `k`, without the drift of its bias.
+    pub(super) fn force_at(&self, unit: &Acquired, k: usize) -> (Vector3<f64>, Matrix3<f64>) {
+        let force = force_at(unit, k);
+        match &self.drift {
+            Some(drift) => drift.taken_off(&interval(&unit.rests[k]), force),
+            None => force,
+        }
+    }
+
     /// Factor on the variance of its bias, because it misses the sphere by more than noise and stated uncertainty explain.
     pub fn excess(&self) -> f64 {
         if self.norm_explained {
@@ -133,7 +145,8 @@ pub fn fit_reference(
         });
     }
     let forces: Vec<_> = (0..unit.rests.len()).map(|k| force_at(unit, k)).collect();
-    let sphere = fit_sphere(&forces, settings.gravity)?;
+    let spans: Vec<_> = unit.rests.iter().map(interval).collect();
+    let (sphere, drift) = settled_sphere(&spans, &forces, settings.gravity)?;
     if sphere.observed.contains(&false) && !rates_only {
         return Err(TurntableError::DirectionsTooAlike);
     }
@@ -152,6 +165,7 @@ pub fn fit_reference(
     });
     Ok(Reference {
         sphere,
+        drift,
         earth: if gyroscope && !rates.is_empty() {
             fit_earth(&rates, vertical)?
         } else {

@@ -9,7 +9,7 @@ use tumble_core::model::{ErrorModel, ModelCovariance};
 use tumble_core::segmenter::Segment;
 
 use super::error::TurntableError;
-use super::reference::{DeviatedReference, Reference, ReferenceUncertainty, Ups, fit_reference, force_at};
+use super::reference::{DeviatedReference, Reference, ReferenceUncertainty, Ups, fit_reference};
 use super::session::TargetSession;
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::Acquired;
@@ -217,7 +217,7 @@ fn explains_norm(
     if rests < FEWEST_RESTS {
         return Ok(false);
     }
-    let means: Vec<_> = (0..rests).map(|k| force_at(unit, k)).collect();
+    let means: Vec<_> = (0..rests).map(|k| reference.force_at(unit, k)).collect();
     let length = (settings.gravity, settings.gravity_sigma);
     explains_length(&means, &reference.sphere.bias, length, stated, 3)
 }

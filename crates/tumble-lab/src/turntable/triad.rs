@@ -9,6 +9,7 @@ use super::error::TurntableError;
 use super::flicker::variance_freedom;
 use super::reference::mean_covariance;
 use super::reference_uncertainty::{Inheritance, scaled, scaled_alike};
+use super::session_change::{BiasDrift, Slip};
 
 /// Calibration of one triad with all that goes with it.
 #[derive(Clone, Debug)]
@@ -30,8 +31,10 @@ pub struct TriadCalibration {
     pub parts_covariance: ModelCovariance<f64>,
     /// g-sensitivity and its sigma.
     pub g_sensitivity: Option<(Matrix3<f64>, Matrix3<f64>)>,
-    /// Change of the bias over the session and its sigma, where the residuals asked for it.
-    pub drift: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// Change of the bias over the session, where the residuals asked for it.
+    pub drift: Option<BiasDrift>,
+    /// Turn of the unit in its fixture, where the residuals asked for it: M is that before.
+    pub slip: Option<Slip>,
     /// Directions decided by the data.
     pub rank: usize,
     /// Factor on the variances because the residuals exceed the noise; one where they do not.
@@ -184,7 +187,12 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         parts,
         parts_covariance: parts.carry(&covariance),
         g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
-        drift: solved.drift.map(|(drift, sigma)| (drift, sigma * widened.sqrt())),
+        drift: solved.drift.map(|(change, sigma)| BiasDrift {
+            change,
+            sigma: sigma * widened.sqrt(),
+            constant: f64::INFINITY,
+        }),
+        slip: None,
         rank: solved.rank,
         widened,
         by_direction: 0.0,

@@ -29,11 +29,11 @@ TURN_MORE = "turn the units about two axes or more"
 
 
 def describe_alignment(
-    name: str, source: str, figures: _core.AlignFigures, around: float, time: LogTime
+    name: str, source: str, figures: _core.AlignFigures, around: float, time: LogTime, rate: float
 ) -> UnitAlignment:
     """Puts into a result what the core found; `around` is the offset, s, that the search began with.
 
-    `time` is the clock of the primary.
+    `time` is the clock of the primary, `rate` the sample rate of the slower unit, Hz.
     """
     rotation_seen = len(figures["rotation_unseen"]) == 0
     forces = figures["forces"] or _no_forces()
@@ -74,7 +74,7 @@ def describe_alignment(
         window=figures["window"],
         pairs=figures["pairs"],
         parameters=tuple(_parameters(figures)),
-        warnings=tuple(_warnings(figures, around, time)),
+        warnings=tuple(_warnings(figures, around, time, rate)),
     )
 
 
@@ -173,9 +173,24 @@ def _direction(axis: FloatArray, of: str) -> str:
     return f"({', '.join(f'{component:.2f}' for component in shown)}) {of}"
 
 
-def _warnings(figures: _core.AlignFigures, around: float, time: LogTime) -> Iterator[str]:
+def _about_widening(figures: _core.AlignFigures, rate: float) -> str:
+    forces = figures["forces"] or _no_forces()
+    angle = math.degrees(float(np.linalg.norm(forces["accelerometer_angle"])))
+    scale = 100.0 * float(np.abs(np.diag(forces["accelerometer_stretch"])).max())
+    return (
+        f"the accelerometers would be turned by {angle:.1f} deg against the gyroscopes and differ by "
+        f"{scale:.1f} % in scale, as no sound units are: all sigmas are widened "
+        f"{figures['widened']:.1f} times; "
+        f"vibration above half the sample rate of {rate:.4g} Hz looks like motion: log faster, or turn the "
+        "units by hand"
+    )
+
+
+def _warnings(figures: _core.AlignFigures, around: float, time: LogTime, rate: float) -> Iterator[str]:
     if around:
         yield (f"the logs have no time in common; their beginnings were aligned, {around:.3f} s apart")
+    if figures["widened"] > 1.0:
+        yield _about_widening(figures, rate)
     if figures["completed"]:
         yield "the units turned about one axis only; the rotation about it is what the accelerometers show"
     for whose in ("primary", "secondary"):
@@ -187,7 +202,7 @@ def _warnings(figures: _core.AlignFigures, around: float, time: LogTime) -> Iter
             f"the clocks drift apart by {1e6 * figures['skew']:.1f} ppm: the offset holds at "
             f"{time.at(figures['reference_time'])} from the start of the primary's log"
         )
-    if figures["forces"] is not None:
+    if figures["forces"] is not None and figures["widened"] == 1.0:
         yield from _force_warnings(figures["forces"], figures["completed"])
 
 

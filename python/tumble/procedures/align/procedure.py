@@ -17,6 +17,7 @@ from tumble.foundation.documents import document_kind, write_document
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.sample_rates import on_slow_rate
 from tumble.logs import ReadOptions
 from tumble.procedures.align.messages import explain
 from tumble.procedures.align.outputs import describe_alignment
@@ -69,7 +70,12 @@ def align(
             *(
                 f"{unit.name}: {notice}"
                 for unit, recording, read in zip(units, recordings, samples, strict=True)
-                for notice in (*recording.metadata.remarks, *recording.metadata.assumptions, *read.notices)
+                for notice in (
+                    *recording.metadata.remarks,
+                    *recording.metadata.assumptions,
+                    *read.notices,
+                    *on_slow_rate(read.rate),
+                )
             ),
         ),
         software=f"tumble {_core.__version__}",
@@ -121,7 +127,8 @@ def _aligned(
         )
     except _core.CoreError as error:
         raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
-    return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start))
+    rate = min(ours.rate, theirs.rate)
+    return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start), rate)
 
 
 def _share_a_clock(ours: Recording, theirs: Recording) -> bool:

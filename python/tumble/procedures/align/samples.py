@@ -36,6 +36,11 @@ class UnitSamples:
     """Digest, as from `GyroscopeHead.digest`."""
 
     @property
+    def rate(self) -> float:
+        """Usual number of samples a second, Hz."""
+        return 1.0 / float(np.median(np.diff(self.arrays[0])))
+
+    @property
     def start(self) -> float:
         """First time, s."""
         return float(self.arrays[0][0])

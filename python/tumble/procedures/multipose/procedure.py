@@ -271,7 +271,7 @@ def multipose(
     warnings = (
         *stood_still,
         *([] if noise_of_means is None else [_about_means(noise_of_means)]),
-        *_warnings(result, found, figures),
+        *_warnings(result, found, figures, unit.acquired.missing),
         *_about_the_start(result),
         *temperatures.notices(),
         *(() if track is None else track.remarks),
@@ -566,9 +566,11 @@ def _nominal(figures: _core.MultiposeFigures) -> NominalScale | None:
     return NominalScale(1.0 / scale[0], None if figures["gyroscope"] is None else 1.0 / scale[1])
 
 
-def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigures) -> Iterator[str]:
+def _warnings(
+    result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigures, missing: int
+) -> Iterator[str]:
     if result.nominal_scale is None:
-        yield from notices(unit)
+        yield from notices(unit, missing)
     else:
         yield from _about_counts(result.nominal_scale)
     if result.faces is not None:

@@ -45,7 +45,7 @@ def json_content(result: NoiseResult, files: Mapping[str, Path]) -> dict[str, An
         "channels": result.channels,
         "kalibr": {key.name: key.value for key in kalibr_keys(result)},
         "vins": {key.name: key.value for key in vins_keys(result)},
-        "warnings": result.warnings,
+        "warnings": (*unidentified(result), *result.warnings),
         "files": files,
     }
     return {key: finite(value) for key, value in content.items()}

@@ -16,7 +16,8 @@ def services(evidence: Evidence) -> Iterator[Service]:
     """Judges the suitability of a recording."""
     partner = ("a second IMU logged with it by the same clock",) if evidence.alone else ()
     motion = () if _moved(evidence) else ("motion to compare the units in",)
-    yield lacking_triad(evidence, "redundancy") or evidence.service("redundancy", (*partner, *motion))
+    lacking = (*partner, *motion, *evidence.lacking_rate)
+    yield lacking_triad(evidence, "redundancy") or evidence.service("redundancy", lacking)
 
 
 def _moved(evidence: Evidence) -> bool:

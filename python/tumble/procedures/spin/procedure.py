@@ -27,6 +27,7 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Rest
+from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.words import count_of
 from tumble.logs import ReadOptions
 from tumble.procedures.spin.chain import Chain
@@ -340,6 +341,7 @@ def _notices(unit: Imu) -> Iterator[str]:
     yield from unit.recording.metadata.remarks
     yield from unit.recording.metadata.assumptions_but("gyroscope")
     yield from unit.notices
+    yield from on_slow_rate(unit.rate)
     yield from coarse_notices(unit)
     yield from correction_notice(unit.recording.metadata, "these biases hold")
 

@@ -24,7 +24,7 @@ _LONGEST_PAUSE = 1.5
 def services(evidence: Evidence) -> Iterator[Service]:
     """Judges the suitability of a recording."""
     yield lacking_triad(evidence, "spin") or evidence.service(
-        "spin", _lacking_spin(evidence.rests, evidence.trace)
+        "spin", (*_lacking_spin(evidence.rests, evidence.trace), *evidence.lacking_rate)
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
@@ -22,6 +23,15 @@ def explain(error: _core.CoreError, pose_names: PoseNames) -> str:
     """One line: what is wrong and what to do."""
     kind, figures = error.args
     return MESSAGES[kind](figures, pose_names)
+
+
+def drift_words(drift: _core.BiasDrift) -> str:
+    """Describes the change of a bias over a session, m/s^2, and its course."""
+    change, sigma, constant = drift
+    each = zip("xyz", 1e3 * change, 1e3 * sigma, strict=True)
+    axes = ", ".join(f"{axis} {value:+.2g} ± {spread:.1g}" for axis, value, spread in each)
+    course = "on a straight line" if math.isinf(constant) else f"settling within {constant:.2g} s"
+    return f"by {axes} mm/s^2, {course}"
 
 
 def _moved_during_rest(figures: Figures, pose_names: PoseNames) -> str:

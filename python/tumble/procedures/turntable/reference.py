@@ -15,6 +15,7 @@ from tumble.calibration.document import Calibration, CertificateOfReference
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.procedures.turntable.matching import PoseMatch
+from tumble.procedures.turntable.messages import drift_words
 from tumble.procedures.turntable.result import MountingResult, PoseResult, ReferenceResult, UncertaintySources
 
 NOTABLE_NORM_RESIDUAL = 0.005
@@ -85,6 +86,12 @@ def reference_warnings(
     yield from _unclear_rests(unit, by_table=by_table)
     yield from _rates_apart(unit)
     figures = fitted.figures
+    if "drift" in figures:
+        yield (
+            f"{unit.name}: its accelerometer biases drifted over the session "
+            f"{drift_words(figures['drift'])}, as the length of gravity at its rests shows: the targets are "
+            "calibrated against it without that; let the reference warm up first"
+        )
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
             f"{unit.name}: |f| deviates from {gravity:.6g} m/s^2 by {figures['norm_residual']:.2g} "

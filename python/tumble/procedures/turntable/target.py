@@ -32,11 +32,12 @@ from tumble.poses.triads import triad_result
 from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, calibrated_magnetometer
 from tumble.procedures.turntable.matching import PoseMatch
-from tumble.procedures.turntable.messages import explain
+from tumble.procedures.turntable.messages import drift_words, explain
 from tumble.procedures.turntable.off_diagonals import Treatment, off_diagonals
 from tumble.procedures.turntable.rates import axis_responses
 from tumble.procedures.turntable.reference import mounting_result
 from tumble.procedures.turntable.result import AxisReading, ClockFit, OffDiagonal, TargetResult
+from tumble.procedures.turntable.slips import LOOSE
 
 PARTS_PER_MILLION = 1e6
 LARGEST_RESIDUAL = 0.5
@@ -170,7 +171,8 @@ class TargetProcedure:
             if seen in names
             for rest in range(first, last + 1)
         }
-        drifting = tuple(self._drifting(unit, figures))
+        loose = (slip for angle, slip in self._slip(figures["accelerometer"]) if angle > LOOSE)
+        moved = (*self._drifting(unit, figures), *loose)
         accelerometer = triad_result(
             "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
         )
@@ -179,8 +181,8 @@ class TargetProcedure:
             name=name,
             source=log_name(unit.recording),
             serial=unit.recording.metadata.serial,
-            accelerometer=_with_objections(accelerometer, drifting),
-            gyroscope=_with_objections(gyroscope, drifting),
+            accelerometer=_with_objections(accelerometer, moved),
+            gyroscope=_with_objections(gyroscope, moved),
             rests=rests_of(unit.acquired, poses, unit.triads) + rejected_rests_of(unit.acquired),
             trace=trace_of(unit.acquired, unit.triads),
             clock=None if unit.recording.parts else _clock(figures["clock"]),
@@ -251,6 +253,24 @@ class TargetProcedure:
             "include it; fasten the unit in a stiffer fixture"
         )
 
+    def _slip(self, figures: _core.TriadFigures | None) -> Iterator[tuple[float, str]]:
+        """Reports a turn of the unit in its fixture between two rests, deg, which the fit took in."""
+        if figures is None or "slip" not in figures:
+            return
+        before, behind, angle, sigma = figures["slip"]
+        names = self.match.names
+        rests = " and ".join(
+            f"rest {rest + 1}" + (f" ({names[rest]})" if rest in names else "") for rest in (before, behind)
+        )
+        _, ended = self.reference.acquired.rest_times[before]
+        began, _ = self.reference.acquired.rest_times[behind]
+        yield (
+            math.degrees(angle),
+            f"slipped by {math.degrees(angle):.3f} ± {math.degrees(sigma):.1g} deg against the reference "
+            f"between {rests}, at {ended:.1f} to {began:.1f} s: the mounting is that before, and the fit "
+            "includes the turn; fasten the unit",
+        )
+
     def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
         """Reports that the response to specific force was fitted without a request."""
         if self.response_asked_for or gyroscope is None or gyroscope.g_sensitivity is None:
@@ -307,6 +327,7 @@ class TargetProcedure:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
         yield from self._response(result.gyroscope)
         yield from _drift(figures["accelerometer"])
+        yield from (slip for angle, slip in self._slip(figures["accelerometer"]) if angle <= LOOSE)
         yield from dict.fromkeys(each for triad in result.triads for each in triad.objections)
         for triad in result.triads:
             if triad.by_direction:
@@ -334,15 +355,13 @@ def _with_objections(triad: TriadResult | None, objections: tuple[str, ...]) -> 
 
 
 def _drift(figures: _core.TriadFigures | None) -> Iterator[str]:
-    """Report biases that drifted so far that the fit took it in."""
-    if figures is None or "drift" not in figures:
-        return
-    each = zip("xyz", 1e3 * figures["drift"], 1e3 * figures["drift_sigma"], strict=True)
-    drifts = ", ".join(f"{axis} {value:+.2g} ± {sigma:.1g}" for axis, value, sigma in each)
-    yield (
-        f"accelerometer biases drifted over the session by {drifts} mm/s^2, which a straight line "
-        "explains and the fit includes: b is the mean; let the unit warm up first"
-    )
+    """Reports biases that drifted so far that the fit took it in."""
+    if figures is not None and "drift" in figures:
+        yield (
+            "accelerometer biases drifted over the session, against the reference, "
+            f"{drift_words(figures['drift'])}, which the fit includes: b is the mean; let the unit warm up "
+            "first"
+        )
 
 
 def _skewed_axes(triad: TriadResult) -> Iterator[str]:

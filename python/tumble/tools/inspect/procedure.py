@@ -13,6 +13,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Metadata, Recording, RecordingSource, SampleProgress
+from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.services import Evidence
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
@@ -21,7 +22,6 @@ from tumble.tools.inspect.result import ChannelFacts, Inspection, MagnetometerFa
 from tumble.tools.inspect.samples import CHANNELS, SampleWatch
 from tumble.tools.inspect.services import faults_of, services_of
 
-_FEW_HZ = 5.0
 _MOST_OF_IT = (0.05, 0.95)
 """Quantiles between which the strength of a field is stated."""
 
@@ -83,6 +83,7 @@ def _conclude(
         temperature=watch.temperature,
         has_magnetometer=recording.has_magnetometer,
         faults=faults_of(watch.time.interval, stuck),
+        lacking_rate=on_slow_rate(timing.rate),
     )
     return Inspection(
         metadata=metadata,
@@ -166,8 +167,7 @@ def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, 
     warnings = []
     if metadata.already_corrected:
         warnings.append("the log is already corrected: a calibration made from it adds to that correction")
-    if timing.rate < _FEW_HZ:
-        warnings.append(f"{timing.rate:.3g} Hz is too slow to follow any motion")
+    warnings += on_slow_rate(timing.rate)
     if timing.jitter * timing.rate > 0.2:
         warnings.append(
             "the interval between samples scatters by more than a fifth: are they times of arrival?"

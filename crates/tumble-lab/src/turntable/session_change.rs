@@ -1,0 +1,260 @@
+//! Changes within a session that a few numbers describe: a bias that drifts, and a target that slips in its fixture
+//! (docs/theory/turntable.md, section 15).
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+use tumble_core::noise::Interval;
+use tumble_core::turntable::fit::{TriadFit, fit};
+use tumble_core::turntable::observation::{FitInputs, Observation};
+use tumble_core::turntable::truth::{ForceObservation, with_drift, with_slip};
+
+use super::error::TurntableError;
+use crate::distributions::{chi_square_tail, f_tail};
+
+/// Chance of a change where there is none, by the noise that rests show and by that of the residuals.
+const FALSE_ALARM: f64 = 1e-3;
+const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
+
+/// Largest slip that is no other fault, rad.
+const LARGEST_SLIP: f64 = 0.05;
+
+/// Cosine of the angle within which two directions, or their opposites, are one.
+const ALIKE: f64 = 0.98;
+
+/// Time constants of a bias that settles, over the session: a shorter one is over within a rest, a longer one is a line.
+const CONSTANTS: (f64, f64) = (0.02, 2.0);
+
+/// Constants that are tried, apart by a quarter.
+const TRIED: u32 = 21;
+
+/// Course of a bias over a session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// It changes on a straight line.
+    Line,
+    /// It settles, with this time constant over the length of the session.
+    Settling(f64),
+}
+
+impl Course {
+    /// All that are tried.
+    pub(super) fn tried() -> impl Iterator<Item = Self> {
+        let (shortest, longest) = CONSTANTS;
+        let settling = (0..TRIED).map(move |k| {
+            let share = f64::from(k) / f64::from(TRIED - 1);
+            Self::Settling(shortest * (longest / shortest).powf(share))
+        });
+        std::iter::once(Self::Line).chain(settling)
+    }
+
+    /// Share of its change over the session by which the bias exceeds its mean in the middle of a span.
+    pub(super) fn at(self, span: &Interval<f64>, session: &Interval<f64>) -> f64 {
+        let x = (0.5 * (span.start + span.end) - session.start) / (session.end - session.start);
+        match self {
+            Self::Line => x - 0.5,
+            Self::Settling(constant) => {
+                let whole = 1.0 - (-constant.recip()).exp();
+                let gone = |x: f64| (1.0 - (-x / constant).exp()) / whole;
+                gone(x) - (1.0 - constant * whole) / whole // eq. 56
+            }
+        }
+    }
+
+    /// Its time constant, s; infinite for a line.
+    pub(super) fn constant(self, session: &Interval<f64>) -> f64 {
+        match self {
+            Self::Line => f64::INFINITY,
+            Self::Settling(constant) => constant * (session.end - session.start),
+        }
+    }
+
+    /// Numbers of three axes that it takes.
+    pub(super) fn unknowns(self) -> f64 {
+        match self {
+            Self::Line => 3.0,
+            Self::Settling(_) => 4.0,
+        }
+    }
+}
+
+/// A bias that changed over the session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BiasDrift {
+    /// Change from the beginning of the session to its end.
+    pub change: Vector3<f64>,
+    /// Its 1-sigma.
+    pub sigma: Vector3<f64>,
+    /// Time constant with which it settles, s; infinite where it changes on a straight line.
+    pub constant: f64,
+}
+
+/// A target that turned in its fixture between two rests.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Rotation vector, rad, in the case of the reference.
+    pub turn: Vector3<f64>,
+    /// Its covariance, rad^2.
+    pub covariance: Matrix3<f64>,
+    /// Rests of the reference before it and behind it.
+    pub rests: (usize, usize),
+    /// From the end of the one to the beginning of the other, s on the clock of the reference.
+    pub span: Interval<f64>,
+}
+
+impl Slip {
+    /// Tests whether a span was over when the target slipped, or began afterwards; `None` where it slipped within.
+    pub(super) fn is_before(&self, span: &Interval<f64>) -> Option<bool> {
+        let middle = 0.5 * (span.start + span.end);
+        if middle < self.span.start {
+            Some(false)
+        } else if middle > self.span.end {
+            Some(true)
+        } else {
+            None
+        }
+    }
+}
+
+/// A change and where it took place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change {
+    /// The bias drifted.
+    Drift(Course),
+    /// The target slipped before the rest of this number.
+    Slip(usize),
+}
+
+/// The change that explains most of what residuals show beyond noise; `None` where none explains more than chance
+/// (docs/theory/turntable.md, eq. 58).
+pub(super) fn find_change(
+    observations: &[ForceObservation<f64>],
+    inputs: &FitInputs<f64, 3>,
+) -> Result<Option<Change>, TurntableError> {
+    let plain = fit::<f64, 4, 3, 15>(observations, inputs)?;
+    let places = places_of_slips(observations);
+    #[allow(clippy::cast_precision_loss)]
+    let chances = places.len() as f64;
+    let mut best: Option<(f64, Change)> = None;
+    let mut take = |chance: f64, change: Change| {
+        if best.is_none_or(|(least, _)| chance < least) {
+            best = Some((chance, change));
+        }
+    };
+    for course in Course::tried() {
+        let drifting = drifting(observations, &inputs.session, course);
+        let found = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
+        if let Some(chance) = chance(&plain, &found, course.unknowns(), 1.0) {
+            take(chance, Change::Drift(course));
+        }
+    }
+    for place in places {
+        let found = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(inputs))?;
+        if let Some(chance) = chance(&plain, &found, 3.0, chances) {
+            take(chance, Change::Slip(place));
+        }
+    }
+    Ok(best.map(|(_, change)| change))
+}
+
+/// Chance of so much less chi-square by so many numbers more, the larger of both tests over its limit; `None` where it
+/// exceeds a limit.
+fn chance<const Q: usize>(
+    plain: &TriadFit<f64, 3>,
+    found: &TriadFit<f64, Q>,
+    unknowns: f64,
+    chances: f64,
+) -> Option<f64> {
+    // Shared errors are not counted among the unknowns of a fit, nor is the constant of a course.
+    let freedom = f64::from(plain.degrees_of_freedom) - unknowns;
+    shown(plain.chi_square, found.chi_square, unknowns, freedom, chances)
+}
+
+/// The same of two sums of squares.
+pub(super) fn shown(plain: f64, found: f64, unknowns: f64, freedom: f64, chances: f64) -> Option<f64> {
+    if freedom <= 0.0 {
+        return None;
+    }
+    let explained = (plain - found).max(0.0);
+    let by_noise = chances * chi_square_tail(explained, unknowns);
+    let by_residuals = chances * f_tail(explained / unknowns / (found / freedom), unknowns, freedom);
+    (by_noise < FALSE_ALARM && by_residuals < FALSE_ALARM_BY_RESIDUALS).then_some(by_residuals) // eq. 58
+}
+
+/// Rests before which a slip would show: there are two directions on either side.
+fn places_of_slips(observations: &[ForceObservation<f64>]) -> Vec<usize> {
+    let up = |observation: &ForceObservation<f64>| {
+        observation.regressor.fixed_rows::<3>(0).into_owned().normalize()
+    };
+    let ups: Vec<_> = observations.iter().map(up).collect();
+    let has_two = |some: &[Vector3<f64>]| {
+        some.iter()
+            .any(|up| some.first().is_some_and(|first| first.dot(up).abs() < ALIKE))
+    };
+    (1..ups.len())
+        .filter(|place| has_two(&ups[..*place]) && has_two(&ups[*place..]))
+        .collect()
+}
+
+/// Observations with the course of a bias among the regressors.
+pub(super) fn drifting(
+    observations: &[ForceObservation<f64>],
+    session: &Interval<f64>,
+    course: Course,
+) -> Vec<Observation<f64, 5, 3>> {
+    observations
+        .iter()
+        .map(|each| with_drift(each, course.at(&each.interval, session)))
+        .collect()
+}
+
+/// Observations with a slip before the rest of this number among the errors that they share.
+pub(super) fn slipping(observations: &[ForceObservation<f64>], place: usize) -> Vec<Observation<f64, 4, 6>> {
+    observations
+        .iter()
+        .enumerate()
+        .map(|(k, each)| with_slip(each, k >= place))
+        .collect()
+}
+
+/// Prior knowledge with that of a slip.
+pub(super) fn with_slips(inputs: &FitInputs<f64, 3>) -> FitInputs<f64, 6> {
+    let mut shared = SMatrix::<f64, 6, 6>::identity() * LARGEST_SLIP.powi(2);
+    shared.fixed_view_mut::<3, 3>(0, 0).copy_from(&inputs.shared);
+    FitInputs {
+        noise: inputs.noise,
+        session: inputs.session,
+        nominal: inputs.nominal,
+        largest_bias: inputs.largest_bias,
+        shared,
+    }
+}
+
+/// Observations as they would be without the drift that was found.
+pub(super) fn without_drift(
+    observations: &[ForceObservation<f64>],
+    session: &Interval<f64>,
+    course: Course,
+    change: &Vector3<f64>,
+) -> Vec<ForceObservation<f64>> {
+    observations
+        .iter()
+        .map(|each| ForceObservation {
+            reading: each.reading - change * course.at(&each.interval, session),
+            ..*each
+        })
+        .collect()
+}
+
+/// Observations with the truth as a target that slipped sees it.
+pub(super) fn as_slipped(
+    observations: &[ForceObservation<f64>],
+    place: usize,
+    turn: &Vector3<f64>,
+) -> Vec<ForceObservation<f64>> {
+    let mut slipped = observations.to_vec();
+    for observation in &mut slipped[place..] {
+        let mut truth = observation.regressor.fixed_rows_mut::<3>(0);
+        let turned = Rotation3::new(*turn) * truth.clone_owned();
+        truth.copy_from(&turned);
+    }
+    slipped
+}
