@@ -29,7 +29,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.logs import open_recording, unit_evidence
 from tumble.logs.options import ReadOptions
 from tumble.logs.reading import list_imus
-from tumble.logs.unit_evidence import IMU_RATE, rest_in
+from tumble.logs.unit_evidence import rest_in
 from tumble.logs.units import UNITS, guess_gyroscope_unit, guess_time_unit, peak, smallest_norm, usual_step
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -118,7 +118,7 @@ def _of_rate(head: Head, unit: str) -> str:
 
 def _of_time(head: Head, unit: str) -> str:
     stamps = np.round(head.time / UNITS["time"][unit], 6 if unit == "s" else 0)
-    guess = guess_time_unit(stamps, IMU_RATE, head.samples)
+    guess = guess_time_unit(stamps, unit_evidence.IMU_RATE, head.samples)
     if guess.is_open:
         return "asked"
     if guess.name == unit:
@@ -153,9 +153,8 @@ def varied(name: str, by: float) -> Iterator[None]:
     holders = [
         module
         for key, module in list(sys.modules.items())
-        if key.startswith(("tumble.", "benchmarks.")) and vars(module).get(name) is before
+        if key.startswith("tumble.") and vars(module).get(name) is before
     ]
-    defaults = guess_time_unit.__defaults__
     try:
         for module in holders:
             setattr(module, name, after)
@@ -163,7 +162,6 @@ def varied(name: str, by: float) -> Iterator[None]:
     finally:
         for module in holders:
             setattr(module, name, before)
-        guess_time_unit.__defaults__ = defaults
 
 
 def counted(found: Sequence[Head]) -> Counter[tuple[str, str]]:

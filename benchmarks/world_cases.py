@@ -199,6 +199,12 @@ CASES = (
         ("nobody knows",),
     ),
     WorldCase(
+        "redundancy_third_unit_bias_jumps",
+        "align --primary imu_0.csv.gz --secondary imu_1.csv.gz --secondary imu_2.csv.gz -o out",
+        0,
+        (r"imu_2: the accelerometers would be turned by 12.* all sigmas are widened", "24.94 Hz"),
+    ),
+    WorldCase(
         "reference_drifts",
         "turntable reference.csv.gz target.csv.gz -o out",
         0,

@@ -110,6 +110,7 @@ DATA = {
         "goal",
         "timing",
         "words",
+        "sample_rates",
     ),
     *(
         "folder_lock",
@@ -156,6 +157,7 @@ LAYERS: dict[str, set[str]] = {
     "catalogue": READING | {"template"},
     "units": set(),
     "words": set(),
+    "sample_rates": set(),
     "clock_skew": set(),
     "days": {"clock"},
     "names": set(),

@@ -277,7 +277,7 @@ def test_insufficient_session_is_one_line_with_the_recording_place(tmp_path):
     ("options", "said"),
     [
         (["--live", "--raw"], "--raw is for recordings"),
-        (["--live", "--faces"], "--faces and --sections are for recordings"),
+        (["--live", "--faces"], "--faces, --sections and --pose-means are for recordings"),
         (["--live", "--until", "mounting 0.1"], "nothing shows how the accelerometer is mounted"),
         (["--live", "--until", "bias 3 %"], "expected [accelerometer|gyroscope]"),
         (["--live", "--orientations", "1001"], "--orientations 1001: give 1 to 1000"),

@@ -8,7 +8,10 @@ from benchmarks import spin_disturbed
 from benchmarks.spin_bound import GROUPS
 from benchmarks.spin_session import Motion
 
+import tumble
 from repetitions import repetitions
+from spin_sessions import record, still, turn
+from tumble.foundation.recording import Recording
 from tumble.foundation.results import INTERVAL
 
 SEED = 7_200
@@ -63,3 +66,27 @@ def test_intervals_hold_whatever_the_resolution_of_the_gyroscope(turns, noise, m
         known = off[:, columns][np.isfinite(off[:, columns])]
         assert (known <= INTERVAL).mean() > fewest, group
         assert known.max() < 6.0, group
+
+
+def test_misfit_of_the_accelerometer_widens_no_sigma_of_the_gyroscope():
+    print(f"seeds {SEED} to {SEED + 11}")
+    widened = 0
+    for seed in range(SEED, SEED + 12):
+        session = record((still(), turn(3), still()), seed)
+        plain, pulled = (tumble.spin(recorded(session, pull)) for pull in (0.0, 0.1))
+        if pulled.spins[0].widening < 1.5:
+            continue
+        widened += 1
+        assert (pulled.accelerometer_bias.sigma > 1.3 * plain.accelerometer_bias.sigma).any()
+        assert (pulled.gyroscope_bias.sigma < 1.1 * plain.gyroscope_bias.sigma).all()
+        off = (pulled.gyroscope_bias.value - session.robot.gyroscope_bias) / pulled.gyroscope_bias.sigma
+        assert np.abs(off).max() < 4.0
+    assert widened >= 3
+
+
+def recorded(session, pull):
+    """The recording of a robot that is pulled, m/s^2, in the first third of its turn."""
+    turning = np.flatnonzero(np.abs(session.gyroscope[:, 2]) > 0.3)
+    force = session.accelerometer.copy()
+    force[turning[: len(turning) // 3]] += pull * np.array([1.0, 0.5, 0.0])
+    return Recording.from_arrays("robot", session.time, force, session.gyroscope)

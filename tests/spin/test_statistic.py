@@ -57,5 +57,8 @@ def test_unexplained_gravity_residual_widens_sigmas_and_is_reported():
     assert found.widening > 1.5
     assert clean.widening == 1.0
     assert not found.fits
-    assert any(f"all sigmas are widened {found.widening:.1f} times" in line for line in found.warnings)
+    assert any(
+        f"the sigmas of specific force are widened {found.widening:.1f} times" in line
+        for line in found.warnings
+    )
     assert (found.accelerometer_bias.sigma > clean.accelerometer_bias.sigma).all()

@@ -281,3 +281,15 @@ def test_powers_that_are_none_are_refused_in_one_line(given, tmp_path):
 
 def test_every_refusal_of_the_core_has_its_message():
     assert set(VOCABULARY["thermal error"]) == set(MESSAGES)
+
+
+def test_log_of_half_a_hertz_counts_its_time_at_rest():
+    random = np.random.default_rng(46)
+    time = np.arange(0.0, 2 * 3600.0, 2.0)
+    temperature = 20.0 + 40.0 * time / time[-1]
+    drift = 0.002 * (temperature - 40.0)[:, None]
+    force = np.array([0.1, 0.2, 9.8]) + drift + 0.002 * random.normal(size=(len(time), 3))
+    rate = 0.05 * drift + 1e-4 * random.normal(size=(len(time), 3))
+    found = tumble.thermal(Recording.from_arrays("slow", time, force, rate, temperature))
+    assert found.blocks.still == pytest.approx(2 * 3600.0, rel=0.02)
+    assert found["accelerometer x"].swing.value == pytest.approx(0.08, rel=0.02)

@@ -83,8 +83,8 @@ pub struct LevelFree<T: Real> {
 }
 
 impl<T: Real> SpinPriors<T> {
-    /// The same where the specific force is uncertain by this factor more. What the gyroscope showed stays as it is: its
-    /// noise is that of its own residuals.
+    /// The same where the specific force is uncertain by this factor more. The gyroscope's part stays as it is: its noise
+    /// is that of its own residuals.
     pub(super) fn widened(&self, factor: T) -> Self {
         let by = factor * factor;
         Self {

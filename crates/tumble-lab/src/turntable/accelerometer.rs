@@ -13,7 +13,8 @@ use super::flicker::refine;
 use super::pairing::PairedRest;
 use super::session::{LARGEST_FORCE_BIAS, TargetSession};
 use super::session_change::{
-    Change, Course, Slip, as_slipped, drifting, find_change, shown, slipping, with_slips, without_drift,
+    Course, LARGEST_SLIP, SessionChange, Slip, as_slipped, drifting, find_change, shown, slipping,
+    with_slips, without_drift,
 };
 use super::settings::FEWEST_RESTS;
 use super::triad::{ResidualLabel, TriadCalibration, finish};
@@ -77,7 +78,7 @@ impl TargetSession<'_> {
         let session = of_rests.session;
         let (triad, settled) = match find_change(observations, of_rests)? {
             None => return Ok(None),
-            Some(Change::Drift(course)) => {
+            Some(SessionChange::Drift(course)) => {
                 let drifting = drifting(observations, &session, course);
                 let inputs = FitInputs {
                     noise: refine(&drifting, of_rests),
@@ -92,7 +93,7 @@ impl TargetSession<'_> {
                 let settled = without_drift(observations, &session, course, &drift.change);
                 (triad, settled)
             }
-            Some(Change::Slip(place)) => {
+            Some(SessionChange::Slip(place)) => {
                 let first = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(of_rests))?;
                 let turn = turn_of(&first);
                 // About what the first fit found, the turn is linear.
@@ -103,6 +104,9 @@ impl TargetSession<'_> {
                 let solved = fit::<f64, 4, 6, 18>(&slipping, &inputs)?;
                 let mut triad = finish(&solved, &slipping, labels, &inputs, systematic, repeats)?;
                 let turn = (Rotation3::new(turn_of(&solved)) * Rotation3::new(turn)).scaled_axis();
+                if turn.norm() > LARGEST_SLIP {
+                    return Ok(None);
+                }
                 triad.slip = slip(turn, &solved, place, &triad.labels, observations);
                 // A fit does not count the errors that truths share among its unknowns.
                 triad.degrees_of_freedom = triad.degrees_of_freedom.saturating_sub(3);

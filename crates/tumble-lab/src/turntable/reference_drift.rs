@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use tumble_core::noise::Interval;
-use tumble_core::regression::{LeastSquares, Prior, Solution};
+use tumble_core::regression::{LeastSquares, Prior, Solution, degrees_of_freedom};
 use tumble_core::turntable::reference::{SphereFit, fit_sphere};
 
 use super::error::TurntableError;
@@ -54,7 +54,8 @@ impl ReferenceDrift {
     }
 }
 
-/// The sphere of a reference and the drift of its bias, where `|r - b|` shows one and it explains what noise does not.
+/// The sphere of a reference and the drift of its bias, where `|r - b|` shows one beside errors of scale, which look alike
+/// where each face comes once.
 pub(super) fn settled_sphere(
     spans: &[Interval<f64>],
     forces: &[(Vector3<f64>, Matrix3<f64>)],
@@ -69,69 +70,84 @@ pub(super) fn settled_sphere(
         start: first.start,
         end: last.end,
     };
-    let mut best: Option<(f64, Course)> = None;
+    let scaled = lengths(spans, forces, gravity, &session, None)?;
+    let mut best: Option<(f64, Course, Solution<f64, UNKNOWNS>)> = None;
     for course in Course::tried() {
-        let freedom = f64::from(plain.degrees_of_freedom) - course.unknowns();
-        let found = drifting_sphere(spans, forces, gravity, &session, course)?;
+        let freedom = f64::from(degrees_of_freedom(scaled.rows, SCALED)) - course.unknowns();
+        let found = lengths(spans, forces, gravity, &session, Some(course))?;
         let chance = shown(
-            plain.chi_square,
+            scaled.chi_square,
             found.chi_square,
             course.unknowns(),
             freedom,
             1.0,
         );
         if let Some(chance) = chance.filter(|_| freedom >= FEWEST_LEFT)
-            && best.is_none_or(|(least, _)| chance < least)
+            && best.as_ref().is_none_or(|(least, ..)| chance < *least)
         {
-            best = Some((chance, course));
+            best = Some((chance, course, found));
         }
     }
-    let Some((_, course)) = best else {
+    let Some((_, course, found)) = best else {
         return Ok((plain, None));
     };
-    let found = drifting_sphere(spans, forces, gravity, &session, course)?;
     let drift = ReferenceDrift {
         course,
         session,
-        change: found.x.fixed_rows::<3>(3).into_owned(),
-        covariance: found.covariance.fixed_view::<3, 3>(3, 3).into_owned(),
+        change: found.x.fixed_rows::<3>(DRIFT).into_owned(),
+        covariance: found.covariance.fixed_view::<3, 3>(DRIFT, DRIFT).into_owned(),
     };
     let each = spans.iter().zip(forces);
     let settled: Vec<_> = each.map(|(span, force)| drift.taken_off(span, *force)).collect();
-    let sphere = fit_sphere(&settled, gravity)?;
-    // Errors of scale look like a drift where each face comes once; what comes again contradicts it.
-    if sphere.excess() > 1.0 {
-        return Ok((plain, None));
-    }
-    let covariance = found.covariance.fixed_view::<3, 3>(0, 0).into_owned();
-    Ok((SphereFit { covariance, ..sphere }, Some(drift)))
+    Ok((fit_sphere(&settled, gravity)?, Some(drift)))
 }
 
-/// Bias and its change: `|r_k - b - a s_k| = g` by Gauss-Newton (docs/theory/turntable.md, eq. 59).
-fn drifting_sphere(
+/// Bias, its change, and errors of scale.
+const UNKNOWNS: usize = 9;
+const DRIFT: usize = 3;
+const SCALE: usize = 6;
+/// Unknowns of the fit without a drift.
+const SCALED: usize = 6;
+/// 1-sigma of an error of scale of a reference, before any data.
+const LARGEST_SCALE: f64 = 0.05;
+/// 1-sigma of a drift that is not fitted, m/s^2.
+const HELD: f64 = 1e-9;
+
+/// `|(r_k - b - a s_k) / (1 + k)| = g` by Gauss-Newton (docs/theory/turntable.md, eq. 59); without a course a is zero.
+fn lengths(
     spans: &[Interval<f64>],
     forces: &[(Vector3<f64>, Matrix3<f64>)],
     gravity: f64,
     session: &Interval<f64>,
-    course: Course,
-) -> Result<Solution<f64, 6>, TurntableError> {
-    let prior = Prior {
-        mean: SVector::<f64, 6>::zeros(),
-        covariance: SMatrix::<f64, 6, 6>::identity() * LARGEST_BIAS.powi(2),
+    course: Option<Course>,
+) -> Result<Solution<f64, UNKNOWNS>, TurntableError> {
+    let sigma = |i: usize| match i {
+        0..DRIFT => LARGEST_BIAS,
+        DRIFT..SCALE if course.is_some() => LARGEST_BIAS,
+        DRIFT..SCALE => HELD,
+        _ => LARGEST_SCALE,
     };
-    let mut solution = LeastSquares::<f64, 6>::new(&prior).solve()?;
+    let prior = Prior {
+        mean: SVector::<f64, UNKNOWNS>::zeros(),
+        covariance: SMatrix::from_diagonal(&SVector::from_fn(|i, _| sigma(i).powi(2))),
+    };
+    let mut solution = LeastSquares::<f64, UNKNOWNS>::new(&prior).solve()?;
     for _ in 0..STEPS {
-        let mut equations = LeastSquares::<f64, 6>::new(&prior);
+        let mut equations = LeastSquares::<f64, UNKNOWNS>::new(&prior);
         for (span, (mean, covariance)) in spans.iter().zip(forces) {
-            let share = course.at(span, session);
+            let share = course.map_or(0.0, |course| course.at(span, session));
             let part = |first: usize| solution.x.fixed_rows::<3>(first).into_owned();
-            let u = mean - part(0) - part(3) * share;
+            let scale = part(SCALE).add_scalar(1.0);
+            let u = (mean - part(0) - part(DRIFT) * share).component_div(&scale);
             let direction = u.normalize();
-            let mut row = SVector::<f64, 6>::zeros();
-            row.fixed_rows_mut::<3>(0).copy_from(&direction);
-            row.fixed_rows_mut::<3>(3).copy_from(&(direction * share));
+            let by_bias = direction.component_div(&scale);
+            let mut row = SVector::<f64, UNKNOWNS>::zeros();
+            row.fixed_rows_mut::<3>(0).copy_from(&by_bias);
+            row.fixed_rows_mut::<3>(DRIFT).copy_from(&(by_bias * share));
+            row.fixed_rows_mut::<3>(SCALE)
+                .copy_from(&by_bias.component_mul(&u));
             let value = row.dot(&solution.x) + u.norm() - gravity; // eq. 59
-            equations.push(&row, value, direction.dot(&(covariance * direction)));
+            equations.push(&row, value, by_bias.dot(&(covariance * by_bias)));
         }
         solution = equations.solve()?;
     }

@@ -14,8 +14,8 @@ use crate::distributions::{chi_square_tail, f_tail};
 const FALSE_ALARM: f64 = 1e-3;
 const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
 
-/// Largest slip that is no other fault, rad.
-const LARGEST_SLIP: f64 = 0.05;
+/// Largest slip that is no other fault, and 1-sigma of one before any data, rad.
+pub(super) const LARGEST_SLIP: f64 = 0.05;
 
 /// Cosine of the angle within which two directions, or their opposites, are one.
 const ALIKE: f64 = 0.98;
@@ -116,7 +116,7 @@ impl Slip {
 
 /// A change and where it took place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Change {
+pub(super) enum SessionChange {
     /// The bias drifted.
     Drift(Course),
     /// The target slipped before the rest of this number.
@@ -128,13 +128,13 @@ pub(super) enum Change {
 pub(super) fn find_change(
     observations: &[ForceObservation<f64>],
     inputs: &FitInputs<f64, 3>,
-) -> Result<Option<Change>, TurntableError> {
+) -> Result<Option<SessionChange>, TurntableError> {
     let plain = fit::<f64, 4, 3, 15>(observations, inputs)?;
     let places = places_of_slips(observations);
     #[allow(clippy::cast_precision_loss)]
     let chances = places.len() as f64;
-    let mut best: Option<(f64, Change)> = None;
-    let mut take = |chance: f64, change: Change| {
+    let mut best: Option<(f64, SessionChange)> = None;
+    let mut take = |chance: f64, change: SessionChange| {
         if best.is_none_or(|(least, _)| chance < least) {
             best = Some((chance, change));
         }
@@ -143,13 +143,13 @@ pub(super) fn find_change(
         let drifting = drifting(observations, &inputs.session, course);
         let found = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
         if let Some(chance) = chance(&plain, &found, course.unknowns(), 1.0) {
-            take(chance, Change::Drift(course));
+            take(chance, SessionChange::Drift(course));
         }
     }
     for place in places {
         let found = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(inputs))?;
         if let Some(chance) = chance(&plain, &found, 3.0, chances) {
-            take(chance, Change::Slip(place));
+            take(chance, SessionChange::Slip(place));
         }
     }
     Ok(best.map(|(_, change)| change))

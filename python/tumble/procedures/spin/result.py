@@ -122,7 +122,7 @@ class Spin(Tabular):
     chi_square: float
     degrees_of_freedom: int
     widening: float
-    """Factor by which all sigmas are widened beyond noise; 1 where noise and model explain all."""
+    """Factor by which the sigmas of specific force are widened; 1 where noise and model explain all."""
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
     noise: FloatArray
@@ -192,12 +192,13 @@ def misfit(chi_square: float, freedom: int, widening: float) -> str:
     if _is_partial(chi_square, freedom, widening):
         return (
             f"chi-square of the specific force is {chi_square:.3g} for {freedom}: chance makes it once in a "
-            f"hundred spins, slipping wheels more often; all sigmas are widened {widening:.1f} times"
+            f"hundred spins, slipping wheels more often; the sigmas of specific force are widened "
+            f"{widening:.1f} times"
         )
     return (
         f"the specific force differs from the model by more than its noise (chi-square {chi_square:.3g} for "
-        f"{freedom}), as with slipping wheels, an uneven floor or a swaying robot; all sigmas are widened "
-        f"{widening:.1f} times"
+        f"{freedom}), as with slipping wheels, an uneven floor or a swaying robot; the sigmas of specific "
+        f"force are widened {widening:.1f} times"
     )
 
 
