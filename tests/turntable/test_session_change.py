@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from benchmarks.rate_tables import Session, Unit, usual
+from benchmarks.rate_tables import FACES, Session, Unit, usual
 from scipy.spatial.transform import Rotation
 
 import tumble
@@ -35,11 +35,14 @@ def slipped(recording, at, turn):
     )
 
 
-def session(seed, change=None):
-    """Result of one session, and the errors of both triads over their sigmas; `change` alters the logs."""
+def session(seed, change=None, visits=2):
+    """Result of one session, and the errors of both triads over their sigmas; `change` alters the logs.
+
+    Each face is shown so many times.
+    """
     print(f"seed {seed}")
     random = np.random.default_rng(seed)
-    table, unit = Session(rates=(), rest=10.0), usual(random)
+    table, unit = Session(rates=(), rest=10.0, faces=FACES * visits), usual(random)
     unit.M, unit.b, unit.force_M, unit.force_b = np.eye(3), np.zeros(3), np.eye(3), np.zeros(3)
     logs = [table.recorded(name, each, random) for name, each in (("reference", Unit()), ("target", unit))]
     if change is not None:
@@ -61,7 +64,7 @@ def slip_of(degrees):
     def change(logs, random, table):
         turn = random.normal(size=3)
         turn *= np.radians(degrees) / np.linalg.norm(turn)
-        logs[1] = slipped(logs[1], 3.0 * (21.0 + table.turn) - 0.5 * table.turn, turn)
+        logs[1] = slipped(logs[1], 5.0 * (21.0 + table.turn) - 0.5 * table.turn, turn)
 
     return change
 
@@ -86,6 +89,50 @@ def test_session_without_a_change_shows_none():
         text = " ".join((*result.warnings, *result.targets[0].warnings))
         assert "slipped" not in text, text
         assert "drifted" not in text, text
+
+
+def flexing(logs, random, _):
+    """The target tilts by what weight does to its fixture: the same at opposite faces, and in each visit."""
+    (chunk,) = logs[1].chunks()
+    gain = 3e-4 * random.normal(size=(3, 3))
+    up = chunk.accelerometer / 9.8
+    tilt = np.einsum("ij,nj->ni", gain, up * up)
+    force = chunk.accelerometer + np.cross(tilt, chunk.accelerometer)
+    logs[1] = Recording.from_arrays("target", chunk.time, force, chunk.gyroscope)
+
+
+def test_fixture_that_flexes_is_no_slip_and_no_drift():
+    for visits in (1, 2):
+        for k in range(repetitions(20)):
+            result, _ = session(SEED + k, flexing, visits)
+            warnings = result.targets[0].warnings
+            assert not any("slipped by" in line or "drifted" in line for line in warnings), warnings
+    assert any("flexes" in line for line in warnings)
+
+
+def test_reference_that_settles_is_named_and_targets_err_within_their_sigmas():
+    def change(logs, random, _):
+        logs[0] = settling(logs[0], 0.02 * random.normal(size=3))
+
+    sessions = repetitions(12)
+    found = [session(SEED + k, change) for k in range(sessions)]
+    for result, _ in found:
+        assert any(line.startswith("reference: its accelerometer biases drifted") for line in result.warnings)
+        assert not any("drifted" in line for line in result.targets[0].warnings)
+    matrices = [np.r_[errors[:9], errors[12:21]] for _, errors in found]
+    assert spread(matrices) < 1.0 + 4.0 / np.sqrt(2.0 * 18 * sessions)
+
+
+def test_errors_of_scale_of_a_reference_are_no_drift():
+    def change(logs, random, _):
+        (chunk,) = logs[0].chunks()
+        force = chunk.accelerometer * (1.0 + 5e-4 * random.normal(size=3))
+        logs[0] = Recording.from_arrays("reference", chunk.time, force, chunk.gyroscope)
+
+    for visits in (1, 2):
+        for k in range(repetitions(12)):
+            result, _ = session(SEED + k, change, visits)
+            assert not any("drifted" in line for line in result.warnings)
 
 
 def test_target_that_settles_is_named_and_errs_within_its_sigmas():

@@ -7,7 +7,7 @@ use tumble_core::turntable::fit::{TriadFit, fit};
 use tumble_core::turntable::observation::{FitInputs, Observation};
 use tumble_core::turntable::truth::{CommonRest, ForceObservation, TruthSource, from_poses, from_reference};
 
-use super::direction_misfit::{direction_misfit, with_misfit};
+use super::direction_misfit::{direction_misfit, with_misfit, within_directions};
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
@@ -76,9 +76,12 @@ impl TargetSession<'_> {
     ) -> Result<Option<TriadCalibration>, TurntableError> {
         let (labels, systematic) = (labels.to_vec(), self.systematic());
         let session = of_rests.session;
-        let (triad, settled) = match find_change(observations, of_rests)? {
-            None => return Ok(None),
-            Some(SessionChange::Drift(course)) => {
+        let (within, freedom) = within_directions(observations, of_rests)?;
+        let Some(change) = find_change(observations, of_rests, freedom > 0.0)? else {
+            return Ok(None);
+        };
+        let (triad, settled) = match change {
+            SessionChange::Drift(course) => {
                 let drifting = drifting(observations, &session, course);
                 let inputs = FitInputs {
                     noise: refine(&drifting, of_rests),
@@ -93,7 +96,7 @@ impl TargetSession<'_> {
                 let settled = without_drift(observations, &session, course, &drift.change);
                 (triad, settled)
             }
-            Some(SessionChange::Slip(place)) => {
+            SessionChange::Slip(place) => {
                 let first = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(of_rests))?;
                 let turn = turn_of(&first);
                 // About what the first fit found, the turn is linear.
@@ -113,6 +116,14 @@ impl TargetSession<'_> {
                 (triad, as_slipped(observations, place, &turn))
             }
         };
+        if freedom > 0.0 {
+            // A fixture that gives way is the same whenever a direction is shown, and looks like a change between directions.
+            let (left, _) = within_directions(&settled, of_rests)?;
+            let unknowns = change.unknowns();
+            if shown(within, left, unknowns, freedom - unknowns, 1.0).is_none() {
+                return Ok(None);
+            }
+        }
         let is_left = direction_misfit(&settled, of_rests, CHANGED)?.is_some();
         Ok((!is_left && explains(&triad)).then_some(triad))
     }

@@ -96,6 +96,19 @@ pub(super) fn direction_misfit(
     }))
 }
 
+/// Sum of squares within directions that were shown again, and its degrees of freedom.
+pub(super) fn within_directions(
+    observations: &[ForceObservation<f64>],
+    inputs: &FitInputs<f64, 3>,
+) -> Result<(f64, f64), TurntableError> {
+    let directions = grouped(observations, |cosine| cosine > ALIKE);
+    let shown = directions.iter().max().map_or(0, |last| last + 1);
+    let solved = fit::<f64, 4, 3, 15>(observations, inputs)?;
+    #[allow(clippy::cast_precision_loss)]
+    let freedom = (3 * (observations.len() - shown)) as f64;
+    Ok((sums(observations, &solved, inputs, &directions).within, freedom))
+}
+
 /// The same rests, each as uncertain as makes their mean along a line, there and back, uncertain by the variance.
 pub(super) fn with_misfit(
     observations: &[ForceObservation<f64>],

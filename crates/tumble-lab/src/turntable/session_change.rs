@@ -100,6 +100,16 @@ pub struct Slip {
     pub span: Interval<f64>,
 }
 
+impl SessionChange {
+    /// Numbers that it takes.
+    pub(super) fn unknowns(self) -> f64 {
+        match self {
+            Self::Drift(course) => course.unknowns(),
+            Self::Slip(_) => 3.0,
+        }
+    }
+}
+
 impl Slip {
     /// Tests whether a span was over when the target slipped, or began afterwards; `None` where it slipped within.
     pub(super) fn is_before(&self, span: &Interval<f64>) -> Option<bool> {
@@ -124,13 +134,19 @@ pub(super) enum SessionChange {
 }
 
 /// The change that explains most of what residuals show beyond noise; `None` where none explains more than chance
-/// (docs/theory/turntable.md, eq. 58).
+/// (docs/theory/turntable.md, eq. 58). Where no direction was shown again, a straight line alone is sought: all else
+/// looks like a fixture that gives way.
 pub(super) fn find_change(
     observations: &[ForceObservation<f64>],
     inputs: &FitInputs<f64, 3>,
+    repeated: bool,
 ) -> Result<Option<SessionChange>, TurntableError> {
     let plain = fit::<f64, 4, 3, 15>(observations, inputs)?;
-    let places = places_of_slips(observations);
+    let places = if repeated {
+        places_of_slips(observations)
+    } else {
+        Vec::new()
+    };
     #[allow(clippy::cast_precision_loss)]
     let chances = places.len() as f64;
     let mut best: Option<(f64, SessionChange)> = None;
@@ -139,7 +155,7 @@ pub(super) fn find_change(
             best = Some((chance, change));
         }
     };
-    for course in Course::tried() {
+    for course in Course::tried().take(if repeated { usize::MAX } else { 1 }) {
         let drifting = drifting(observations, &inputs.session, course);
         let found = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
         if let Some(chance) = chance(&plain, &found, course.unknowns(), 1.0) {
