@@ -92,25 +92,25 @@ def test_session_without_a_change_shows_none():
 
 
 def flexing(logs, random, _):
-    """The target tilts by what weight does to its fixture: the same at opposite faces, and in each visit."""
+    """The target reads what goes with the square of force: the same at opposite faces, and in each visit."""
     (chunk,) = logs[1].chunks()
-    gain = 3e-4 * random.normal(size=(3, 3))
-    up = chunk.accelerometer / 9.8
-    tilt = np.einsum("ij,nj->ni", gain, up * up)
-    force = chunk.accelerometer + np.cross(tilt, chunk.accelerometer)
+    gain = 0.01 * random.normal(size=(3, 3))
+    force = chunk.accelerometer + np.square(chunk.accelerometer / 9.8) @ gain
     logs[1] = Recording.from_arrays("target", chunk.time, force, chunk.gyroscope)
 
 
 def test_fixture_that_flexes_is_no_slip_and_no_drift():
+    seen = 0
     for visits in (1, 2):
         for k in range(repetitions(20)):
             result, _ = session(SEED + k, flexing, visits)
             warnings = result.targets[0].warnings
             assert not any("slipped by" in line or "drifted" in line for line in warnings), warnings
-    assert any("flexes" in line for line in warnings)
+            seen += any("flexes" in line for line in warnings)
+    assert seen
 
 
-def test_reference_that_settles_is_named_and_targets_err_within_their_sigmas():
+def test_reference_that_settles_is_named_and_costs_no_target():
     def change(logs, random, _):
         logs[0] = settling(logs[0], 0.02 * random.normal(size=3))
 

@@ -75,17 +75,17 @@ pub(super) fn settled_sphere(
     for course in Course::tried() {
         let freedom = f64::from(degrees_of_freedom(scaled.rows, SCALED)) - course.unknowns();
         let found = lengths(spans, forces, gravity, &session, Some(course))?;
-        let chance = shown(
+        let left = shown(
             scaled.chi_square,
             found.chi_square,
             course.unknowns(),
             freedom,
             1.0,
         );
-        if let Some(chance) = chance.filter(|_| freedom >= FEWEST_LEFT)
-            && best.as_ref().is_none_or(|(least, ..)| chance < *least)
+        if let Some(left) = left.filter(|_| freedom >= FEWEST_LEFT)
+            && best.as_ref().is_none_or(|(least, ..)| left < *least)
         {
-            best = Some((chance, course, found));
+            best = Some((left, course, found));
         }
     }
     let Some((_, course, found)) = best else {

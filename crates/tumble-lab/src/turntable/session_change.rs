@@ -150,30 +150,29 @@ pub(super) fn find_change(
     #[allow(clippy::cast_precision_loss)]
     let chances = places.len() as f64;
     let mut best: Option<(f64, SessionChange)> = None;
-    let mut take = |chance: f64, change: SessionChange| {
-        if best.is_none_or(|(least, _)| chance < least) {
-            best = Some((chance, change));
+    let mut take = |left: f64, change: SessionChange| {
+        if best.is_none_or(|(least, _)| left < least) {
+            best = Some((left, change));
         }
     };
     for course in Course::tried().take(if repeated { usize::MAX } else { 1 }) {
         let drifting = drifting(observations, &inputs.session, course);
         let found = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
-        if let Some(chance) = chance(&plain, &found, course.unknowns(), 1.0) {
-            take(chance, SessionChange::Drift(course));
+        if let Some(left) = left(&plain, &found, course.unknowns(), 1.0) {
+            take(left, SessionChange::Drift(course));
         }
     }
     for place in places {
         let found = fit::<f64, 4, 6, 18>(&slipping(observations, place), &with_slips(inputs))?;
-        if let Some(chance) = chance(&plain, &found, 3.0, chances) {
-            take(chance, SessionChange::Slip(place));
+        if let Some(left) = left(&plain, &found, 3.0, chances) {
+            take(left, SessionChange::Slip(place));
         }
     }
     Ok(best.map(|(_, change)| change))
 }
 
-/// Chance of so much less chi-square by so many numbers more, the larger of both tests over its limit; `None` where it
-/// exceeds a limit.
-fn chance<const Q: usize>(
+/// Chi-square that is left for each degree of freedom by so many numbers more; `None` where chance alone takes off as much.
+fn left<const Q: usize>(
     plain: &TriadFit<f64, 3>,
     found: &TriadFit<f64, Q>,
     unknowns: f64,
@@ -184,7 +183,7 @@ fn chance<const Q: usize>(
     shown(plain.chi_square, found.chi_square, unknowns, freedom, chances)
 }
 
-/// The same of two sums of squares.
+/// The same of two sums of squares. Chances themselves are all zero where a change is plain, and rank nothing.
 pub(super) fn shown(plain: f64, found: f64, unknowns: f64, freedom: f64, chances: f64) -> Option<f64> {
     if freedom <= 0.0 {
         return None;
@@ -192,7 +191,7 @@ pub(super) fn shown(plain: f64, found: f64, unknowns: f64, freedom: f64, chances
     let explained = (plain - found).max(0.0);
     let by_noise = chances * chi_square_tail(explained, unknowns);
     let by_residuals = chances * f_tail(explained / unknowns / (found / freedom), unknowns, freedom);
-    (by_noise < FALSE_ALARM && by_residuals < FALSE_ALARM_BY_RESIDUALS).then_some(by_residuals) // eq. 58
+    (by_noise < FALSE_ALARM && by_residuals < FALSE_ALARM_BY_RESIDUALS).then_some(found / freedom) // eq. 58
 }
 
 /// Rests before which a slip would show: there are two directions on either side.
