@@ -69,12 +69,18 @@ def slip_of(degrees):
     return change
 
 
-def test_slip_is_named_and_errs_within_its_sigmas():
+def test_slip_is_named_within_its_sigmas_or_the_model_is_not_met():
     sessions = repetitions(12)
     found = [session(SEED + k, slip_of(0.1)) for k in range(sessions)]
-    named = sum(any("slipped by" in line for line in result.targets[0].warnings) for result, _ in found)
-    assert named == sessions
-    assert spread([errors for _, errors in found]) < 1.0 + 4.0 / np.sqrt(2.0 * VALUES * sessions)
+    named = []
+    for result, errors in found:
+        (target,) = result.targets
+        if any("slipped by" in line for line in target.warnings):
+            named.append(errors)
+        else:
+            assert target.verdict == "model not met"
+    assert 2 * len(named) > sessions
+    assert spread(named) < 1.0 + 4.0 / np.sqrt(2.0 * VALUES * len(named))
 
 
 def test_slip_beyond_what_biases_drift_is_no_calibration():
