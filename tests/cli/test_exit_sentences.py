@@ -15,12 +15,14 @@ from tumble.foundation.recording import Chunk
 from tumble.logs import open_writer
 from tumble.tools.simulate import (
     simulate_flight,
+    simulate_magnetometer,
     simulate_multipose,
     simulate_spin,
     simulate_static,
     simulate_thermal,
     simulate_turntable,
 )
+from tumble.tools.simulate.magnetometer.files import write_magnetometer
 from typed_commands import typed
 
 SEED = 46
@@ -107,6 +109,27 @@ def _of_set(procedure, *options):
     return command
 
 
+def _magnetometer(random, folder):
+    count, noise = int(random.integers(1, 16)), random.uniform(0.0, 4.0)
+    made = simulate_magnetometer(seed=SEED, orientations=count, rate=25.0, noise=noise)
+    return ["magnetometer", write_magnetometer(made, folder)["log"], "--field", random.choice(["48", "30"])]
+
+
+def live(recorded):
+    """The procedure of logs that arrive."""
+
+    def command(random, folder):
+        procedure, *words = recorded(random, folder)
+        replayed = [f"replay:{word}?speed=max" if isinstance(word, Path) else word for word in words]
+        if procedure in ("turntable", "redundancy"):
+            names = ("reference", "target") if procedure == "turntable" else ("primary", "secondary")
+            logs = [word for word in replayed if word.startswith("replay:")]
+            replayed = [f"{name}={log}" for name, log in zip(names, logs, strict=True)]
+        return [procedure, "--live", *replayed]
+
+    return command
+
+
 PROCEDURES = {
     "turntable": _turntable,
     "multipose": _of_one("multipose", lambda: simulate_multipose(seed=SEED)),
@@ -115,7 +138,15 @@ PROCEDURES = {
     "thermal": _of_one("thermal", lambda: simulate_thermal(seed=SEED)),
     "align": _of_set("align"),
     "redundancy": _of_set("redundancy"),
+    "magnetometer": _magnetometer,
 }
+LIVE = ("turntable", "multipose", "spin", "redundancy")
+COMMANDS = PROCEDURES | {f"{name} --live": live(PROCEDURES[name]) for name in LIVE}
+
+
+def document(text, words):
+    """The document of a command, which is the last of the events of a live session."""
+    return json.loads(text.splitlines()[-1] if "--live" in words else text)
 
 
 def sentences(content, name=""):
@@ -142,8 +173,8 @@ def plain(text):
     return re.sub(r"[\W_]+", "", without_tags.replace("^2", "²").replace("m/s2", "m/s²").lower())
 
 
-@pytest.mark.parametrize("procedure", PROCEDURES)
-def test_exit_other_than_0_has_its_sentence_everywhere(procedure, tmp_path, monkeypatch):
+@pytest.mark.parametrize("command", COMMANDS)
+def test_exit_other_than_0_has_its_sentence_everywhere(command, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     print(f"seed {SEED}")
     random = np.random.default_rng(SEED)
@@ -151,17 +182,23 @@ def test_exit_other_than_0_has_its_sentence_everywhere(procedure, tmp_path, monk
     for number in range(repetitions(12)):
         folder = tmp_path / str(number)
         folder.mkdir()
-        words = [*PROCEDURES[procedure](random, folder), "-o", folder / "out"]
-        shown, stated = typed(*words), typed(*words, "--json")
+        words = [*COMMANDS[command](random, folder), "-o", folder / "out"]
+        shown = typed(*words)
+        # A live session of that name would be there already.
+        words[-1] = folder / "stated"
+        stated = typed(*words, "--json")
         assert shown.code == stated.code
         ends.add(shown.code)
         if shown.code == 2:
-            (line,) = shown.err.strip().splitlines()
+            # What a live session says on its way stands above.
+            *above, line = shown.err.strip().splitlines()
             assert line.startswith("tumble: error: ")
-            assert json.loads(stated.out)["error"]["message"] in line
+            assert not above or "--live" in words
+            message = document(stated.out, words)["error"]["message"]
+            assert message.replace(str(folder / "stated"), str(folder / "out")) in line
         elif shown.code != 0:
             assert shown.code == 3
-            _assert_one_sentence_everywhere(shown, json.loads(stated.out), folder / "out")
+            _assert_one_sentence_everywhere(shown, document(stated.out, words), folder / "out")
     assert ends & {2, 3}, "no draw was bad"
 
 
