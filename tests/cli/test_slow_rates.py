@@ -35,6 +35,10 @@ def test_inspect_and_procedures_state_one_sentence_on_a_slow_rate(slow, monkeypa
     assert any("too slow to follow any motion" in missing for missing in spin.missing)
     found = tumble.multipose(slow)
     assert any("too slow to follow any motion" in warning for warning in found.warnings)
+    twin = slow.with_name("twin.parquet")
+    twin.write_bytes(slow.read_bytes())
+    of_set = tumble.redundancy(slow, [twin]).warnings
+    assert sum("too slow to follow any motion" in warning for warning in of_set) == 2
     assert "tooslowtofollowanymotion" in typed("inspect", slow).out.replace(" ", "").replace("\n", "")
 
 

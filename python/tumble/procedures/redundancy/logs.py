@@ -12,6 +12,7 @@ from tumble.acquisition.duplicate_sensors import GyroscopeHead, duplicate_sensor
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.file_status import exists
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.units import Channel
 from tumble.foundation.words import count_of
 from tumble.logs import (
@@ -230,6 +231,8 @@ class _Reader:
     """When samples came, where that was recorded: then they arrived at that time."""
     ended: bool = False
     read: int = 0
+    interval: float = np.nan
+    """s between two samples, in the middle of those read last."""
     gyroscope: GyroscopeHead = field(default_factory=GyroscopeHead)
 
     def refill(self) -> None:
@@ -248,6 +251,8 @@ class _Reader:
         self.waiting = chunk
         self.gyroscope.push(chunk.gyroscope)
         self.read += len(chunk)
+        if len(time) > 1:
+            self.interval = float(np.median(np.diff(time)))
         if self.recorded is None:
             self._arrive_in_time(time)
         else:
@@ -389,13 +394,15 @@ class SideBySide(Iterator[list[SampleArrays]]):
         return self._heard
 
     def notices(self) -> Iterator[str]:
-        """Describes omissions from each unit's log, and units with the same gyroscope."""
+        """Describes omissions from each unit's log, rates too slow, and units with the same gyroscope."""
         yield from duplicate_sensors(
             (reader.unit.name, reader.gyroscope.digest()) for reader in self._readers
         )
         for reader in self._readers:
             if isinstance(reader.stream, ChunkStream):
                 yield from (f"{reader.unit.name}: {notice}" for notice in reader.stream.counts.notices())
+            if reader.interval > 0.0:
+                yield from (f"{reader.unit.name}: {line}" for line in on_slow_rate(1.0 / reader.interval))
 
     def _refuse_if_apart(self) -> None:
         primary, *secondaries = self._readers
