@@ -21,7 +21,7 @@ SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if SOAK else ()))
 """Widths and colours in which screens are examined."""
-QUICK = ("--speed", "8", "--rate", "25")
+QUICK = ("--speed", "4", "--rate", "25")
 """Simulated bench on which a session takes seconds."""
 
 LIMITS = "accelerometer.yaml"
