@@ -158,8 +158,12 @@ class RunForm:
         """Returns what takes an answer: the fields then show what is shared, also where it was refused."""
 
         def taken(answer: Taken) -> None:
+            has_seen_all = self._motion == self._page.bench.motion
             self._page.guarded(partial(take, answer))()
             self._show_answers()
+            # The answer is shown to whoever typed it; what another browser changed before is not yet.
+            if has_seen_all:
+                self._show_armed()
 
         return taken
 
