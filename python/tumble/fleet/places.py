@@ -119,7 +119,8 @@ def matching(pattern: str) -> Iterator[tuple[str, str]]:
     try:
         if place.is_local:
             # Sorted names alone: the facts about 100,000 files would take ten times their room.
-            for path in paths_like(place.root):
+            # A folder in which one works may have a name that is a pattern; only what was typed is one.
+            for path in paths_like(place.root if "://" in pattern else pattern):
                 path = str(Path(path).absolute())
                 yield path, version_of(place.files.info(path))
             return
