@@ -37,8 +37,9 @@ def bounded_time(seconds: float) -> Iterator[None]:
         finally:
             is_done.set()
             clock.wait(watchdog)
-            # One that has not come yet would end something else, and comes between two of these steps. Taken back, it
-            # leaves Python 3.11 looking for it for good, where a function that is traced or profiled never begins.
+            # One that has not come yet would end something else, and comes between two of these steps.
+            # Taken back, it leaves Python 3.11 looking for it for good, where a function that is traced
+            # or profiled never begins.
             if is_over.is_set():
                 for _ in range(_STEPS):
                     pass
