@@ -190,7 +190,7 @@ def test_exit_other_than_0_has_its_sentence_everywhere(command, tmp_path, monkey
         assert shown.code == stated.code
         ends.add(shown.code)
         if shown.code == 2:
-            # What a live session says on its way stands above.
+            # A live session reports its progress above the error.
             *above, line = shown.err.strip().splitlines()
             assert line.startswith("tumble: error: ")
             assert not above or "--live" in words

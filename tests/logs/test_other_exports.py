@@ -36,7 +36,7 @@ def test_heads_of_microstrain_state_quantity_and_unit(tmp_path):
 
 
 def test_temperature_of_witmotion_is_read(tmp_path):
-    path = tmp_path / "wit.txt"
+    path = tmp_path / "witmotion.txt"
     rows = "".join(
         f"0x50\t{0.1 * k:.1f}\t0\t0.1\t{1 + 1e-3 * (k % 2)}\t1\t2\t3\t4\t28.9\n" for k in range(50)
     )
