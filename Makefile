@@ -7,6 +7,9 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 INSTALL := VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/uv pip install --quiet --require-hashes --requirement
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
+# Crates that have tests, but for the fuzzers, which `make soak` runs.
+TESTED := --workspace --exclude tumble-fuzz --exclude tumble-py
+
 # Strict: a link that leads nowhere, a page that no menu leads to, a name that does not exist end it. With --quiet none would.
 SITE := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
@@ -54,7 +57,7 @@ test-one: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of one fo
 	$(BIN)/python -m pytest --numprocesses auto tests/$(P)
 
 test-rust:  ## Run the tests of Rust
-	cargo test --workspace --exclude tumble-fuzz --exclude tumble-py --locked
+	cargo test $(TESTED) --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
 
 test-tools: $(VENV)/.requirements-test
@@ -117,7 +120,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
 	seed=$$(od -An -N4 -tu4 /dev/urandom | tr -d ' '); echo "PYTHONHASHSEED=PROPTEST_RNG_SEED=$$seed"; \
 		TUMBLE_SOAK=1 PYTHONHASHSEED=$$seed $(BIN)/python -m pytest --numprocesses auto --timeout 0 && \
-		PROPTEST_RNG_SEED=$$seed PROPTEST_CASES=1024 cargo test --workspace --exclude tumble-fuzz --exclude tumble-py --locked
+		PROPTEST_RNG_SEED=$$seed PROPTEST_CASES=1024 cargo test $(TESTED) --locked
 	$(BIN)/python -m benchmarks.honesty
 	$(BIN)/python -m benchmarks.honesty --pair
 	$(BIN)/python -m benchmarks.redundancy_adoptions
@@ -168,7 +171,7 @@ lint-rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
-	cargo test --quiet --workspace --exclude tumble-fuzz --exclude tumble-py --test header --test settings --locked
+	cargo test --quiet $(TESTED) --test header --test settings --locked
 	$(RUSTDOC)
 
 lint-python:
