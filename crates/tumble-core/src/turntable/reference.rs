@@ -44,7 +44,7 @@ impl<T: Real> SphereFit<T> {
 }
 
 /// Largest plausible bias of a reference accelerometer, m/s^2.
-const LARGEST_REFERENCE_BIAS: f64 = 2.0;
+pub const LARGEST_REFERENCE_BIAS: f64 = 2.0;
 
 /// Solves `|r_k - b| = g` for b by Gauss-Newton (docs/theory/turntable.md, eq. 6). Errors of the table do not
 /// enter: the length of gravity does not depend on where the table points.

@@ -3,13 +3,10 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use tumble_core::noise::Interval;
 use tumble_core::regression::{LeastSquares, Prior, Solution, degrees_of_freedom};
-use tumble_core::turntable::reference::{SphereFit, fit_sphere};
+use tumble_core::turntable::reference::{LARGEST_REFERENCE_BIAS, SphereFit, fit_sphere};
 
 use super::error::TurntableError;
 use super::session_change::{BiasDrift, Course, shown};
-
-/// Largest plausible bias of a reference accelerometer, and change of it, m/s^2.
-const LARGEST_BIAS: f64 = 2.0;
 
 /// Rounds of Gauss-Newton.
 const STEPS: u32 = 6;
@@ -122,8 +119,8 @@ fn lengths(
     course: Option<Course>,
 ) -> Result<Solution<f64, UNKNOWNS>, TurntableError> {
     let sigma = |i: usize| match i {
-        0..DRIFT => LARGEST_BIAS,
-        DRIFT..SCALE if course.is_some() => LARGEST_BIAS,
+        0..DRIFT => LARGEST_REFERENCE_BIAS,
+        DRIFT..SCALE if course.is_some() => LARGEST_REFERENCE_BIAS,
         DRIFT..SCALE => HELD,
         _ => LARGEST_SCALE,
     };
