@@ -48,7 +48,9 @@ _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
 MOTION_CHANGED = "what the table was armed for has changed; look at it, and arm the table again"
-ABSENT = message("The operator's browser was gone for {seconds} s, so the table was stopped.", seconds=2)
+ABSENT = message(
+    "The operator's browser was gone for {seconds} s, so the table was stopped.", seconds=f"{BROWSER_GONE:g}"
+)
 HANDED_OVER = message("The bench changed hands, so the table was stopped.")
 NO_ANSWERS: Mapping[str, FieldValue] = MappingProxyType({})
 
