@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -10,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, TypeAlias
 
+from tumble.cli.screen import print_event
 from tumble.foundation.translation import translated
 from tumble.foundation.words import LISTENING, count_of
 
@@ -59,10 +59,8 @@ def shown(as_json: bool) -> Iterator[Show]:
 
 
 def _print_json(step: RecordStep) -> None:
-    from tumble.foundation.plain import finite
-
     content = asdict(step)
-    print(json.dumps(finite({"event": content.pop("kind"), **content}), allow_nan=False), flush=True)
+    print_event(content.pop("kind"), content)
 
 
 class _Lines:
