@@ -16,7 +16,7 @@ options="--quiet --locked --manifest-path firmware/Cargo.toml --target-dir targe
 scripts/cargo_for_device.sh build $options --profile device --package platform ${feature:+--features $feature}
 cp "target/$target/device/platform" "$folder/platform${feature:+-$feature}"
 if [ -z "$feature" ]; then
-    # Of the parts that tests of the mission are built of.
+    # Built in the profile of the mission's tests, which shares their parts.
     # shellcheck disable=SC2086
     cargo build $options --package host
     cp target/debug/mission target/firmware/mission
