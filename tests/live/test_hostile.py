@@ -78,6 +78,10 @@ def hostile():
     )
 
 
+BEGINNINGS = st.sampled_from([b"header:", b"  stamp:", b"- 0.0", b"---", b"[", b"{", b"#", b"%time,"])
+"""Lines that begin something else in one of the forms that streams have."""
+
+
 def is_no_sample(value):
     """Returns whether a JSON value cannot be a sample of the table: one that could hides others."""
     stamp = value.get("time") if isinstance(value, dict) else None
@@ -135,7 +139,9 @@ def test_no_datagram_however_hostile_ends_the_run(corrupted):
 
 
 @settings(max_examples=60)
-@given(st.lists(st.tuples(st.integers(1, 60), st.binary(max_size=80)), max_size=5))
+@given(st.lists(st.tuples(st.integers(1, 60), st.binary(max_size=80) | BEGINNINGS), max_size=5))
+@example([(1, b"header:")])
+@example([(20, b"header:"), (21, b"  stamp:"), (22, b"    sec: 1"), (40, b"---")])
 def test_no_line_however_garbled_ends_the_run(garbled):
     lines = text_lines(TABLE).splitlines(keepends=True)
     for place, line in sorted(garbled, key=lambda each: -each[0]):

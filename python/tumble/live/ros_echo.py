@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 
 import yaml
@@ -10,12 +11,19 @@ import yaml
 from tumble.foundation.bounded_yaml import parse
 
 BEGIN, END = b"header:", b"---"
+_SECOND = re.compile(rb"\s+\w+:(\s|$)")
+"""A field of the header, which no other stream has behind a line that reads `header:`."""
+_FURTHER = re.compile(rb"\s*(\w+:|-)(\s|$)")
+"""A field at any depth, or an item of a list."""
 MOST_LINES = 400
 """Lines of a message; `sensor_msgs/Imu` has 52."""
 
 
 class EchoedMessages:
-    """Gathers the lines of a message into one line of JSON; other lines pass."""
+    """Gathers the lines of a message into one line of JSON; other lines pass.
+
+    A line that cannot belong to the open message shows that it is none: all its lines pass.
+    """
 
     def __init__(self) -> None:
         self._lines: list[bytes] = []
@@ -33,10 +41,16 @@ class EchoedMessages:
             elif self._lines and text == END:
                 yield self._object()
                 self._lines = []
-            elif self._lines and len(self._lines) < MOST_LINES:
+            elif self._lines and self._goes_on_with(line):
                 self._lines.append(line)
             elif not (self._has_begun and text == END):
-                yield line
+                yield from (*self._lines, line)
+                self._lines = []
+
+    def _goes_on_with(self, line: bytes) -> bool:
+        """Returns whether a line can be the next one of the open message."""
+        part = _SECOND if len(self._lines) == 1 else _FURTHER
+        return len(self._lines) < MOST_LINES and part.match(line) is not None
 
     def _object(self) -> bytes:
         """Returns the message as JSON, or its first line where it cannot be read."""
