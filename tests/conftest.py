@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 from ports import chosen_among_own
 from processor_time import ProcessorTime
@@ -29,6 +30,9 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("tumble")
+if not SOAK:
+    # Draws hold constants of all modules that were imported before, which depend on the order of the tests.
+    providers.is_local_module_file = lambda _path: False
 
 # Programs that tests end by signals inherit those that a shell ignores for what it runs in the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -6,6 +6,10 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+from hypothesis.internal.conjecture import providers
+
+from repetitions import SOAK
 from tumble.tools.simulate.live.ports import PORTS
 
 ROOT = Path(__file__).parents[2]
@@ -64,6 +68,11 @@ def found_in_tests(find, but=()):
 
 def test_no_test_of_python_draws_without_a_seed():
     assert found_in_tests(draws_without_a_seed, GIVES_SEEDS) == []
+
+
+@pytest.mark.skipif(SOAK, reason="the soak draws anew")
+def test_draws_do_not_depend_on_modules_imported_before():
+    assert len(providers._get_local_constants()) == 0
 
 
 def test_no_test_of_python_waits_for_time_to_pass():
