@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import re
 import shlex
 import signal
@@ -20,6 +21,7 @@ from hypothesis import strategies as st
 
 from live_fixtures import first_samples
 from patience import PATIENCE
+from repetitions import drawn_seed, repetitions
 from table_fixtures import Clock
 from tumble import _core
 from tumble.foundation import clock
@@ -171,6 +173,19 @@ def test_noise_continues_without_a_jump_for_any_pieces():
             assert np.all(near.std(axis=0) > 0.6 * spread)
     finally:
         noise.close()
+
+
+def test_units_sample_without_end_whatever_their_clocks():
+    draws = random.Random(drawn_seed())
+    for _ in range(repetitions(12)):
+        skew = draws.uniform(100.0, 5000.0)
+        _, _, _, feeds, noise = bench(Clock(), duration_seconds=4.0, clock_skew_ppm=skew)
+        try:
+            stretches = 4.0 * noise._seconds
+            for feed in feeds.values():
+                assert len(feed.until(stretches)) > 0.9 * stretches * feed._rate
+        finally:
+            noise.close()
 
 
 def test_same_seed_gives_the_same_samples_for_any_pieces():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -106,8 +106,10 @@ class Noise:
 
     def _make(self, number: int) -> dict[str, FloatArray]:
         seed = (self._scenario.seed + number * 0x9E3779B97F4A7C15) % 2**64
+        # The clock of a unit, which decides how many samples it takes, is that of the bench.
+        even = replace(self._scenario, clock_skew_ppm=0.0)
         # Exact numbers without the rotation of the Earth leave nothing but noise beside the truth.
-        session = session_at_rest(self._scenario, self._seconds, seed, quantisation=False, latitude_deg=None)
+        session = session_at_rest(even, self._seconds, seed, quantisation=False, latitude_deg=None)
         felt = session.rests[0].specific_force
         return {unit.name: _noise_of(unit, felt) for unit in session.units}
 
