@@ -15,6 +15,7 @@ import pytest
 
 from bench_client import BenchClient
 from bench_pages import BenchProcess
+from crowded_folder import TUMBLE, crowd
 from live_benches import QUICK_BENCH, words_of
 from patience import PATIENCE
 from repetitions import SOAK, drawn_seed
@@ -141,6 +142,12 @@ def test_a_killed_program_leaves_its_table_to_a_survivor(number):
         process.send_signal(number)
         table.wait_until_it_is_stopped()
         assert "its program died, and the table was stopped" in process.communicate(timeout=PATIENCE)[1]
+
+
+def test_a_survivor_imports_nothing_from_the_working_folder(tmp_path):
+    with moving(TUMBLE, *TURNING, cwd=crowd(tmp_path)) as (process, table):
+        process.kill()
+        table.wait_until_it_is_stopped()
 
 
 def test_a_crash_in_native_code_leaves_the_table_to_a_survivor():

@@ -13,7 +13,7 @@ from multiprocessing.process import BaseProcess
 from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.workers import control_c_held_back
+from tumble.foundation.workers import beginning, find_modules_as_always
 
 _CAN_FORK = "forkserver" in multiprocessing.get_all_start_methods()
 _CONTEXT = multiprocessing.get_context("forkserver") if _CAN_FORK else multiprocessing.get_context("spawn")
@@ -81,7 +81,7 @@ class _Worker:
         self.pipe, other = _CONTEXT.Pipe()
         self._process: BaseProcess = _CONTEXT.Process(target=_work, args=(other,), daemon=True)
         # The first one also starts the server of new processes.
-        with control_c_held_back():
+        with beginning():
             self._process.start()
         # The worker's end closes with the worker, so that its death ends the pipe.
         other.close()
@@ -119,6 +119,7 @@ class _Worker:
 
 def _work(pipe: Connection) -> None:
     """Computes tasks until the other end is closed, by will or because the driver was killed."""
+    find_modules_as_always()
     with contextlib.suppress(EOFError, OSError):
         while True:
             pipe.send(_outcome_of(pipe.recv()))

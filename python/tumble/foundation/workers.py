@@ -1,11 +1,15 @@
-"""Processes that compute for a program: Ctrl-C, which a terminal sends to them too, leaves no trace there.
+"""Processes that compute for a program: they show no trace of Ctrl-C, and import what the program imports.
 
-A process of Python that is only beginning shows one, whatever it does later. So workers begin with Ctrl-C
-held back, which they inherit from the thread that starts them.
+A terminal sends Ctrl-C to them too, and a process of Python that is only beginning shows a trace, whatever it
+does later. So workers begin with Ctrl-C held back, which they inherit from the thread that starts them.
+
+Such a process would also import from the working folder first, where a file may have the name of any module.
+Python 3.11 and later leave that folder out where the environment asks for it.
 """
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,11 +19,44 @@ from typing import TYPE_CHECKING
 
 HAS_MASKS = hasattr(signal, "pthread_sigmask")
 """Indicates whether a thread can hold signals back."""
+_SAFE_PATH = "PYTHONSAFEPATH"
 
 
 @contextmanager
-def control_c_held_back() -> Iterator[None]:
-    """Has processes that the block starts take no Ctrl-C until they call `end_at_control_c`."""
+def beginning() -> Iterator[None]:
+    """Has processes that the block starts take no Ctrl-C until they call `begin`, and no module of others."""
+    with _working_folder_left_out(), _control_c_held_back():
+        yield
+
+
+def begin() -> None:
+    """Has this process end by Ctrl-C from now on, at once and without a word."""
+    find_modules_as_always()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if HAS_MASKS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def find_modules_as_always() -> None:
+    """Has programs that this worker starts look for modules as they do without it."""
+    os.environ.pop(_SAFE_PATH, None)
+
+
+@contextmanager
+def _working_folder_left_out() -> Iterator[None]:
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
+
+
+@contextmanager
+def _control_c_held_back() -> Iterator[None]:
     if not HAS_MASKS:
         yield
         return
@@ -32,16 +69,9 @@ def control_c_held_back() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def end_at_control_c() -> None:
-    """Has this process end by Ctrl-C from now on, at once and without a word."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    if HAS_MASKS:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
 class _Worker(SpawnProcess):
     def start(self) -> None:
-        with control_c_held_back():
+        with beginning():
             super().start()
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from tumble.foundation.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.foundation.files import PAGE, prepare_folder, write_text
 from tumble.foundation.translation import language, speak
-from tumble.foundation.workers import WorkerContext, end_at_control_c
+from tumble.foundation.workers import WorkerContext, begin
 from tumble.procedures.turntable.record import TargetRecord
 from tumble.procedures.turntable.report.batch_page import batch_page
 from tumble.procedures.turntable.report.records import record_of
@@ -105,7 +105,7 @@ def drawing_processes(workers: int) -> ProcessPoolExecutor:
 
 
 def _begin_to_draw(language_of_pages: str) -> None:
-    end_at_control_c()
+    begin()
     speak(language_of_pages)
 
 
