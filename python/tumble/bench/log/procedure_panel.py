@@ -14,6 +14,7 @@ from fastapi.responses import FileResponse
 from nicegui import run, ui
 
 from tumble.bench.authority import refuse_unless_allowed
+from tumble.bench.log.bounds import keep_newest
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.procedures import PROCEDURES, Procedure
@@ -240,3 +241,4 @@ class ProcedurePanel:
             ui.label(f"{translated(procedure.title)}: {verdict}").classes("tumble-verdict")
             if page is not None:
                 ui.link(translated("Page of the result"), self._pages.serve(page), new_tab=True)
+        keep_newest(self._verdicts)

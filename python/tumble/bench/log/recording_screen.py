@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nicegui import run, ui
+from nicegui import ui
 
+from tumble.bench.log.bounds import WatchedElement, keep_newest
 from tumble.bench.log.chart_options import (
     ChartPlan,
     deviation_plan,
@@ -73,11 +74,12 @@ class RecordingScreen:
         self._planned: tuple[Any, ...] = ()
         self._address = ""
         self._window: dict[str, Any] = {}
+        self._is_analysing = self._has_ended = False
 
     def show(self) -> None:
         """Builds the page into the current place."""
         speak(self._language)
-        with ui.element("div").classes("tumble-log"):
+        with WatchedElement("div", self._let_go).classes("tumble-log"):
             with ui.element("div").classes("tumble-charts"):
                 self._bar()
                 self._state = ui.label().classes("tumble-state").props('role="status"')
@@ -98,12 +100,12 @@ class RecordingScreen:
                 self._selection_card()
                 self._procedures = ProcedurePanel(self._viewing, self._pages, self._report, self._workplace)
                 self._facts = ui.element("div")
-        ui.context.client.on_delete(self.end)
         self._look()
         ui.timer(REFRESH, self._look)
 
-    def end(self) -> None:
+    def _let_go(self) -> None:
         """Lets go of the samples: the page is gone, or shows something else."""
+        self._has_ended = True
         self._route.end(self._address)
 
     def _bar(self) -> None:
@@ -306,18 +308,23 @@ class RecordingScreen:
         )
 
     async def _analyse(self, name: str, plan: Callable[[], ChartPlan], x_unit: str) -> None:
+        if self._is_analysing:
+            return
         start, end = self._selected()
         self._report(
             translated("{name} of {start} to {end} s …", name=name, start=f"{start:.3f}", end=f"{end:.3f}")
         )
+        self._is_analysing = True
         try:
-            found = await run.io_bound(plan)
+            found = await self._route.turn.computed(plan, lambda: not self._has_ended)
         except TumbleError as error:
             self._report(str(error))
             return
-        self._report("")
-        if found is None:  # the server is ending
+        finally:
+            self._is_analysing = False
+        if found is None or self._has_ended:
             return
+        self._report("")
         with self._analyses:
             self._curves(f"{name}: {self._unit.name}", f"{start:.3f} to {end:.3f} s", found, x_unit)
 
@@ -340,6 +347,7 @@ class RecordingScreen:
                     )
                 if closes:
                     self._button(translated("Close"), card.delete, translated("Close {title}", title=title))
+        keep_newest(self._analyses)
 
     def _on_window(self, event: Any) -> None:  # noqa: ANN401
         self._window = event.args

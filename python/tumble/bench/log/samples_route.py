@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from fastapi import APIRouter, HTTPException, Response
 
+from tumble.bench.log.bounds import Turn
 from tumble.bench.log.chart_options import SeriesFacts
 from tumble.tools.view.samples import SampleLine
 from tumble.tools.view.viewing import Viewing
@@ -23,6 +24,8 @@ class SamplesRoute:
 
     def __init__(self) -> None:
         self.router = APIRouter()
+        self.turn = Turn()
+        """Turn of the pages to have something computed of what they show."""
         self._shown: dict[str, tuple[Viewing, Sequence[SeriesFacts]]] = {}
         self.router.add_api_route(f"{ROUTE}/{{key}}/samples", self._samples)
 

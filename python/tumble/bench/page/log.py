@@ -18,7 +18,6 @@ class LogScreen:
 
     def __init__(self, page: PageContext) -> None:
         self._page = page
-        self._shown: RecordingScreen | None = None
         add_style()
         with block("screen-head"):
             Label(page.words("Log"), "title", "h1")
@@ -42,14 +41,11 @@ class LogScreen:
         except TumbleError as error:
             page.notify(page.text(message(str(error))))
             return
-        if self._shown is not None:
-            self._shown.end()
         self._place.clear()
         workplace = Workplace(page.bench.folder, is_bound=True)
         logs = page.bench.logs
         with self._place:
-            self._shown = RecordingScreen(viewing, logs.samples, logs.pages, page.language, workplace)
-            self._shown.show()
+            RecordingScreen(viewing, logs.samples, logs.pages, page.language, workplace).show()
 
 
 def show_log(page: PageContext) -> LogScreen:
