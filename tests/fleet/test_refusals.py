@@ -1,6 +1,10 @@
 """Wrong jobs, inputs and stores end in one line, and results of before stay as they are."""
 
 import json
+import random
+import socket
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from fleet_jobs import LosingEngine, function_job, run_job
+from repetitions import drawn_seed, repetitions
+from tumble.fleet import ray_engine
 from tumble.fleet.inputs import FleetInput, InputList, InputsError
 from tumble.fleet.job import FleetJob
 from tumble.fleet.lease import driver_lease
@@ -142,6 +148,34 @@ def test_unreachable_cluster_leaves_results_of_before(tmp_path, results):
     assert "cannot be reached" in line
     assert "hunter2secret" not in line
     assert content_of(results) == before
+
+
+def spoken(chance):
+    """Draws what something that is no cluster says, before it is silent."""
+    noise = chance.randbytes(chance.randrange(2, 200))
+    return chance.choice(
+        [b"", noise[:1], b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(3) + b"\5" + noise + noise]
+    )
+
+
+def test_whatever_is_no_cluster_is_refused_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(ray_engine, "_ANSWERS_WITHIN", 0.05)
+    chance = random.Random(drawn_seed())
+    job = function_job(tmp_path / "results", seeds=(0, 9)).content()
+    for _ in range(repetitions(40)):
+        with socket.create_server(("127.0.0.1", 0)) as listening, ThreadPoolExecutor(1) as aside:
+            aside.submit(answer_once, listening, spoken(chance))
+            place = f"ray:127.0.0.1:{listening.getsockname()[1]}"
+            assert "cannot be reached" in refused(job, tmp_path, "--engine", place)
+
+
+def answer_once(listening, said):
+    """Says something to whoever comes first, and waits until they have gone."""
+    line, _ = listening.accept()
+    with line, suppress(ConnectionError):
+        line.sendall(said)
+        while line.recv(1 << 12):
+            pass
 
 
 class OtherVersionEngine(LosingEngine):

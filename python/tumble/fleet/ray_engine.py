@@ -19,7 +19,11 @@ from tumble.logs.optional import install_command
 AHEAD = 2
 """Tasks a processor that are under way or wait on their node, so that none is idle between two."""
 _ANSWERS_WITHIN = 5.0
-"""s in which a cluster accepts a connection."""
+"""s in which a cluster accepts a connection, and answers on it."""
+_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"
+"""Beginning of a line of HTTP/2, which the services of Ray speak (RFC 9113, section 3.4): with no settings."""
+_FRAME, _SETTINGS = 9, 4
+"""Bytes of the head of a frame; its kind, in the fourth of them, with which a server begins."""
 
 
 class RayEngine:
@@ -102,7 +106,7 @@ def _imported() -> Any:  # noqa: ANN401 - a module has no type of its own
 
 
 def _refuse_silent(address: str) -> None:
-    """Raises `TumbleError` where nothing listens at an address: Ray itself would try for minutes."""
+    """Raises `TumbleError` where no service of Ray is at an address: Ray itself would try without end."""
     host, _, port = address.rpartition("://")[2].rpartition(":")
     number = whole_number(port)
     if not host:
@@ -110,9 +114,16 @@ def _refuse_silent(address: str) -> None:
     if number is None:
         raise _unreachable(shown(address), ValueError(f"port {quoted(port)} is no number"))
     try:
-        socket.create_connection((host.strip("[]"), number), _ANSWERS_WITHIN).close()
+        with (
+            socket.create_connection((host.strip("[]"), number), _ANSWERS_WITHIN) as line,
+            line.makefile("rb") as answer,
+        ):
+            line.sendall(_PREFACE)
+            head = answer.read(_FRAME)
     except (OSError, OverflowError) as error:
         raise _unreachable(shown(address), error) from error
+    if len(head) < _FRAME or head[3] != _SETTINGS:
+        raise _unreachable(shown(address), ValueError("what answers there is no cluster"))
 
 
 def _unreachable(place: str, error: Exception) -> TumbleError:
