@@ -5,6 +5,8 @@ import os
 import signal
 import subprocess
 import sys
+from multiprocessing import get_all_start_methods
+from multiprocessing.forkserver import _forkserver
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,7 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import read_status
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.places import FileStore
+from tumble.foundation.errors import TumbleError
 from tumble.laboratory.results import read_results
 from turntable_sessions import typed
 
@@ -53,6 +56,23 @@ def test_tasks_shrink_so_that_no_worker_ends_long_after_others(tmp_path):
     left = 400 - np.cumsum([0, *sizes[:-1]])
     assert sum(sizes) == 400
     assert all(size <= max(4, before // 4) for size, before in zip(sizes, left, strict=True))
+
+
+@pytest.mark.skipif("forkserver" not in get_all_start_methods(), reason="no server of processes there")
+def test_a_killed_server_of_processes_is_one_line_and_resumed(tmp_path, monkeypatch):
+    usual, job = _forkserver.ensure_running, function_job(tmp_path, seeds=(0, 4))
+
+    def killed():
+        usual()
+        os.kill(_forkserver._forkserver_pid, signal.SIGKILL)
+        os.waitid(os.P_PID, _forkserver._forkserver_pid, os.WEXITED | os.WNOWAIT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_forkserver, "ensure_running", killed)
+        with pytest.raises(TumbleError, match="no worker can be started"):
+            run_job(job, LocalEngine(2))
+    run_job(job, resume=True)
+    assert values_of(job) == expected(range(4))
 
 
 def test_input_that_kills_its_worker_is_isolated(tmp_path):

@@ -150,8 +150,8 @@ def test_unreachable_cluster_leaves_results_of_before(tmp_path, results):
     assert content_of(results) == before
 
 
-def spoken(chance):
-    """Draws what something that is no cluster says, before it is silent."""
+def answer_of_no_cluster(chance):
+    """Draws what something that is no cluster sends before it is silent."""
     noise = chance.randbytes(chance.randrange(2, 200))
     return chance.choice(
         [b"", noise[:1], b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(3) + b"\5" + noise + noise]
@@ -164,16 +164,16 @@ def test_whatever_is_no_cluster_is_refused_in_one_line(tmp_path, monkeypatch):
     job = function_job(tmp_path / "results", seeds=(0, 9)).content()
     for _ in range(repetitions(40)):
         with socket.create_server(("127.0.0.1", 0)) as listening, ThreadPoolExecutor(1) as aside:
-            aside.submit(answer_once, listening, spoken(chance))
+            aside.submit(answer_once, listening, answer_of_no_cluster(chance))
             place = f"ray:127.0.0.1:{listening.getsockname()[1]}"
             assert "cannot be reached" in refused(job, tmp_path, "--engine", place)
 
 
-def answer_once(listening, said):
-    """Says something to whoever comes first, and waits until they have gone."""
+def answer_once(listening, answer):
+    """Answers whoever comes first, and waits until they have gone."""
     line, _ = listening.accept()
     with line, suppress(ConnectionError):
-        line.sendall(said)
+        line.sendall(answer)
         while line.recv(1 << 12):
             pass
 

@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 
 from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.task import FleetTask, TaskDone, run_task
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.workers import beginning, find_modules_as_always
 
 _CAN_FORK = "forkserver" in multiprocessing.get_all_start_methods()
@@ -74,17 +74,29 @@ class LocalEngine:
         self._idle.clear()
 
 
+def _started() -> tuple[Connection, BaseProcess]:
+    """Starts a process that works; returns the end of its pipe, and the process."""
+    pipe, other = _CONTEXT.Pipe()
+    # The worker's end closes with the worker, so that its death ends the pipe.
+    with other:
+        process: BaseProcess = _CONTEXT.Process(target=_work, args=(other,), daemon=True)
+        # The first one also starts the server of new processes.
+        with beginning():
+            process.start()
+    return pipe, process
+
+
 class _Worker:
     """A process that computes tasks which come through a pipe."""
 
     def __init__(self) -> None:
-        self.pipe, other = _CONTEXT.Pipe()
-        self._process: BaseProcess = _CONTEXT.Process(target=_work, args=(other,), daemon=True)
-        # The first one also starts the server of new processes.
-        with beginning():
-            self._process.start()
-        # The worker's end closes with the worker, so that its death ends the pipe.
-        other.close()
+        try:
+            self.pipe, self._process = _started()
+        except (EOFError, OSError) as error:
+            raise TumbleError(
+                f"no worker can be started ({shown(str(error))}); free memory or give fewer --workers, then "
+                "go on with --resume"
+            ) from error
 
     def begin(self, task: FleetTask) -> None:
         """Sends a task; that the process has died meanwhile shows in `result`."""

@@ -21,7 +21,7 @@ AHEAD = 2
 _ANSWERS_WITHIN = 5.0
 """s in which a cluster accepts a connection, and answers on it."""
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"
-"""Beginning of a line of HTTP/2, which the services of Ray speak (RFC 9113, section 3.4): with no settings."""
+"""Beginning of a line of HTTP/2 without settings (RFC 9113, section 3.4); services of Ray speak it."""
 _FRAME, _SETTINGS = 9, 4
 """Bytes of the head of a frame; its kind, in the fourth of them, with which a server begins."""
 
