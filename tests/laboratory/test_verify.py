@@ -16,9 +16,10 @@ from made_up_calibrations import made_up, save
 from repetitions import repetitions
 from simulated_clock import DATE
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory import verification
 from tumble.laboratory.chain import Entry, next_entry
 from tumble.laboratory.registry import Registry
+from tumble.laboratory.schema_faults import schema_faults
+from tumble.laboratory.tables import METADATA
 from turntable_sessions import typed
 
 LIMITS = {"accelerometer": {"bias": 0.5}}
@@ -209,6 +210,30 @@ def test_what_a_registry_is_not_made_of_is_found(tmp_path, statement, fault):
     assert fault in done.out
 
 
+@pytest.mark.parametrize("name", ["t", "sqlite_x", "sqlite_stat1", "sqlite_stat4", "SQLITE_STAT1", "unit"])
+def test_a_trigger_that_drops_rows_is_found_by_any_name(tmp_path, name):
+    registry = Registry.create(tmp_path / "lab.db")
+    known = {table.name for table in METADATA.sorted_tables}
+    hide = "INSERT INTO sqlite_master (type, name, tbl_name, rootpage, sql) VALUES ('trigger', ?, ?, 0, ?)"
+    with contextlib.closing(sqlite3.connect(tmp_path / "lab.db")) as connection:
+        connection.execute("PRAGMA writable_schema = ON")
+        for number, table in enumerate(sorted(known)):
+            own = f"{name}{number}" if number else name
+            drops = f"CREATE TRIGGER {own} BEFORE INSERT ON {table} BEGIN SELECT RAISE(IGNORE); END"
+            connection.execute(hide, (own, table, drops))
+        connection.commit()
+    registry.add(save(tmp_path / "a", made_up()))
+    assert list(registry.list()) == []
+    found = [each for each in registry.verify().faults if "is none of a registry" in each]
+    assert len(found) == len(known)
+
+
+def test_statistics_of_queries_are_no_fault(filled):
+    with filled.database.writing() as connection:
+        connection.execute(text("ANALYZE"))
+    assert filled.verify().intact
+
+
 def test_an_entry_before_its_predecessor_is_found(tmp_path, monkeypatch):
     registry = Registry.create(tmp_path / "lab.db")
     registry.add(save(tmp_path / "a", made_up()))
@@ -269,10 +294,16 @@ def test_one_bit_in_the_schema_is_found_in_one_line(tmp_path, monkeypatch):
 OTHERS = (
     ("CREATE TABLE extra(n int)", "table 'extra': is none of a registry, and can change what is added"),
     ("CREATE VIEW v AS SELECT 1", "view 'v': is none of a registry, and can change what is added"),
-    ("CREATE RULE r AS ON INSERT TO unit DO INSTEAD NOTHING", "rule 'r': is none of a registry"),
-    ("CREATE TABLE heir () INHERITS (parameter)", "heir 'heir': is none of a registry"),
-    ("CREATE FUNCTION lower(text) RETURNS text LANGUAGE sql AS $$ SELECT $1 $$", "function 'lower': is none"),
-    ("CREATE POLICY p ON entry USING (false)", "policy 'p': is none of a registry"),
+    (
+        "CREATE RULE r AS ON INSERT TO unit DO INSTEAD NOTHING",
+        "rule 'r on public.unit': is none",
+    ),
+    ("CREATE TABLE heir () INHERITS (parameter)", "table 'heir': is none of a registry"),
+    (
+        "CREATE FUNCTION lower(text) RETURNS text LANGUAGE sql AS $$ SELECT $1 $$",
+        "function 'public.lower(",
+    ),
+    ("CREATE POLICY p ON entry USING (false)", "policy 'p on public.entry': is none of a registry"),
     ("CREATE SEQUENCE s", "sequence 's': is none of a registry"),
     ("DROP INDEX ix_document_entry", "index ix_document_entry: is missing"),
     ("CREATE INDEX i ON unit (owner)", "index 'i': is none of a registry"),
@@ -287,7 +318,51 @@ OTHERS = (
     ),
     (
         "CREATE TRIGGER t BEFORE INSERT ON unit FOR EACH ROW EXECUTE FUNCTION tumble_refuse_change()",
-        "trigger 't': is none of a registry, and can change what is added",
+        "trigger 't on public.unit': is none of a registry, and can change what is added",
+    ),
+    (
+        "CREATE OR REPLACE FUNCTION tumble_refuse_change() RETURNS trigger LANGUAGE plpgsql AS "
+        "$$ BEGIN RAISE EXCEPTION 'no'; EXCEPTION WHEN OTHERS THEN RETURN NULL; END $$",
+        "unit: the trigger unit_unchanged that refuses changes is missing",
+    ),
+    (
+        "DROP TRIGGER unit_unchanged ON unit; CREATE TRIGGER unit_unchanged BEFORE UPDATE OF entry OR DELETE "
+        "OR TRUNCATE ON unit EXECUTE FUNCTION tumble_refuse_change()",
+        "unit: the trigger unit_unchanged that refuses changes is missing",
+    ),
+    (
+        "ALTER TRIGGER unit_unchanged ON unit RENAME TO x; CREATE TRIGGER unit_unchanged BEFORE UPDATE OR "
+        "DELETE OR TRUNCATE ON alembic_version EXECUTE FUNCTION tumble_refuse_change()",
+        "trigger 'unit_unchanged on public.alembic_version': is none of a registry",
+    ),
+    ("ALTER TABLE unit ADD CHECK (lower(serial) <> 'x')", "table constraint 'unit_serial_check"),
+    ("ALTER TABLE unit ADD EXCLUDE USING btree (owner WITH =)", "table constraint 'unit_owner_excl"),
+    ("CREATE DOMAIN d AS text CHECK (value <> 'x')", "type 'd': is none of a registry"),
+    (
+        "CREATE SCHEMA s; CREATE FUNCTION s.f(text, varchar) RETURNS boolean LANGUAGE sql AS 'SELECT true'; "
+        "CREATE OPERATOR = (LEFTARG = text, RIGHTARG = varchar, FUNCTION = s.f)",
+        "operator 'public.=(pg_catalog.text,character varying)': is none of a registry",
+    ),
+    (
+        "CREATE SCHEMA s; CREATE TABLE s.heir () INHERITS (parameter)",
+        "table 'heir': is none of a registry",
+    ),
+    (
+        "DROP INDEX unit_name; CREATE INDEX unit_name ON unit (name) WHERE lower(name) <> 'x'",
+        "index unit_name: was changed",
+    ),
+    ("ALTER TABLE unit ENABLE ROW LEVEL SECURITY", "table unit: was changed"),
+    ("ALTER TABLE parameter SET UNLOGGED", "table parameter: was changed"),
+    ('ALTER TABLE unit ALTER COLUMN owner TYPE text COLLATE "C"', "column unit.owner: was changed"),
+    ("ALTER TABLE unit DROP CONSTRAINT unit_pkey", "table unit: was changed"),
+    (
+        "ALTER TABLE decision DROP CONSTRAINT decision_entry_fkey; ALTER TABLE decision ADD CONSTRAINT "
+        "decision_entry_fkey FOREIGN KEY (entry) REFERENCES entry NOT VALID",
+        "key decision_entry_fkey: was changed",
+    ),
+    (
+        "SET session_replication_role = replica; ALTER TABLE unit DISABLE TRIGGER ALL",
+        "key unit_entry_fkey: was",
     ),
 )
 """Statements for PostgreSQL, and the fault that each is."""
@@ -303,7 +378,7 @@ def test_what_a_registry_on_a_server_is_not_made_of_is_found(registry):
     for statement, fault in OTHERS:
         with contextlib.suppress(_RollBackError), registry.database.writing() as connection:
             connection.execute(text(statement))
-            found = verification.schema_faults(connection)
+            found = schema_faults(connection)
             assert [each for each in found if each.startswith(fault)], (statement, found)
             raise _RollBackError
     with registry.database.writing() as connection:

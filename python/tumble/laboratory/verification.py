@@ -6,52 +6,20 @@ import sqlite3
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import groupby
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from sqlalchemy import Connection, func, select, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import make_file
-from tumble.foundation.words import count_of, plain, quoted
+from tumble.foundation.words import count_of
 from tumble.laboratory import tables
-from tumble.laboratory.address import RegistryAddress
 from tumble.laboratory.chain import FIRST, Entry, Record, content_hash
-from tumble.laboratory.database import Database
 from tumble.laboratory.registry import Registry
+from tumble.laboratory.schema_faults import schema_faults
 
 MOST_FAULTS = 100
 """Faults after which the search ends."""
-_TRIGGERS = {
-    "sqlite": "SELECT name FROM sqlite_master WHERE type = 'trigger'",
-    "postgresql": "SELECT tgname FROM pg_trigger JOIN pg_class ON pg_class.oid = tgrelid "
-    "JOIN pg_proc ON pg_proc.oid = tgfoid WHERE tgenabled IN ('O', 'A') AND NOT tgisinternal "
-    "AND relnamespace = current_schema()::regnamespace "
-    # Before statements that update, delete or truncate, whatever the row, and by the function of a registry.
-    "AND tgtype = 58 AND tgqual IS NULL AND proname = 'tumble_refuse_change' "
-    "AND pronamespace = relnamespace AND prosrc LIKE ' BEGIN RAISE EXCEPTION %; END '",
-}
-_OTHERS_OF_POSTGRES = """
-SELECT 'trigger', tgname FROM pg_trigger JOIN pg_class ON pg_class.oid = tgrelid
-  WHERE NOT tgisinternal AND relnamespace = current_schema()::regnamespace AND NOT tgname = ANY(:triggers)
-UNION ALL SELECT 'function', proname FROM pg_proc
-  WHERE pronamespace = current_schema()::regnamespace AND proname <> 'tumble_refuse_change'
-  AND NOT EXISTS (SELECT FROM pg_depend WHERE objid = pg_proc.oid AND deptype = 'e')
-UNION ALL SELECT 'rule', rulename FROM pg_rewrite JOIN pg_class ON pg_class.oid = ev_class
-  WHERE rulename <> '_RETURN' AND relnamespace = current_schema()::regnamespace
-UNION ALL SELECT 'policy', polname FROM pg_policy JOIN pg_class ON pg_class.oid = polrelid
-  WHERE relnamespace = current_schema()::regnamespace
-UNION ALL SELECT CASE relkind WHEN 'v' THEN 'view' WHEN 'S' THEN 'sequence' ELSE 'relation' END, relname
-  FROM pg_class WHERE relnamespace = current_schema()::regnamespace AND relkind NOT IN ('r', 'i', 't', 'c')
-  AND NOT EXISTS (SELECT FROM pg_depend WHERE objid = pg_class.oid AND deptype = 'e')
-UNION ALL SELECT 'heir', pg_class.relname FROM pg_inherits JOIN pg_class ON pg_class.oid = inhrelid
-  JOIN pg_class AS parent ON parent.oid = inhparent
-  WHERE parent.relnamespace = current_schema()::regnamespace
-ORDER BY 1, 2
-"""
-"""Objects beside tables and indices that no registry has, by their kind; those of extensions do not count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,81 +152,6 @@ def _sqlite_faults(connection: Connection) -> Iterator[str]:
             yield f"{broken[0]}: a row refers to a row of {broken[2]} that does not exist"
     except (SQLAlchemyError, sqlite3.Error) as error:
         yield f"the file is damaged: {' '.join(str(getattr(error, 'orig', error)).split())}"
-
-
-def schema_faults(connection: Connection) -> list[str]:
-    """Returns what a database holds that a registry is not made of, and what it lacks."""
-    of_engine = _file_faults if connection.dialect.name == "sqlite" else _server_faults
-    return [*of_engine(connection), *_trigger_faults(connection)]
-
-
-def _file_faults(connection: Connection) -> Iterator[str]:
-    """Hold tables, indices and triggers against those of a new registry; others can change what is added."""
-    with TemporaryDirectory() as folder:
-        new = Database(RegistryAddress(Path(folder) / "new.db"))
-        make_file(Path(folder) / "new.db")
-        new.upgrade()
-        with new.reading() as made:
-            expected = _schema(made)
-    found = _schema(connection)
-    for name in sorted(expected.keys() | found.keys()):
-        if name not in expected:
-            yield f"{plain(name[0])} {quoted(name[1])}: is none of a registry, and can change what is added"
-        elif name not in found and name[0] != "trigger":
-            yield f"{name[0]} {name[1]}: is missing"
-        elif name in found and found[name] != expected[name]:
-            yield f"{name[0]} {name[1]}: was changed: it is not as a registry is made"
-
-
-def _schema(connection: Connection) -> dict[tuple[str, str], tuple[object, ...]]:
-    """Return table, definition and whether it has pages, of each object by kind and name; no statistics."""
-    chosen = text(
-        "SELECT type, name, tbl_name, sql, rootpage <> 0 FROM sqlite_master "
-        "WHERE name NOT LIKE 'sqlite!_stat%' ESCAPE '!'"
-    )
-    return {(str(kind), str(name)): tuple(rest) for kind, name, *rest in connection.execute(chosen)}
-
-
-def _trigger_faults(connection: Connection) -> Iterator[str]:
-    names = set(connection.execute(text(_TRIGGERS[connection.dialect.name])).scalars())
-    for name, table in _triggers(connection).items():
-        if name not in names:
-            yield f"{table}: the trigger {name} that refuses changes is missing"
-
-
-def _triggers(connection: Connection) -> dict[str, str]:
-    """Returns the triggers of a registry, and the table of each."""
-    endings = ("no_update", "no_delete") if connection.dialect.name == "sqlite" else ("unchanged",)
-    names = [table.name for table in (tables.entry, *tables.OF_ENTRIES)]
-    return {f"{name}_{ending}": name for name in names for ending in endings}
-
-
-def _server_faults(connection: Connection) -> Iterator[str]:
-    """Holds what a schema of PostgreSQL holds against what a registry is made of."""
-    from alembic.autogenerate import compare_metadata
-    from alembic.migration import MigrationContext
-
-    told = {"compare_type": True, "compare_server_default": True}
-    for difference in compare_metadata(MigrationContext.configure(connection, opts=told), tables.METADATA):
-        yield _difference_in_words(difference)
-    known = {"triggers": list(_triggers(connection))}
-    for kind, name in connection.execute(text(_OTHERS_OF_POSTGRES), known):
-        yield f"{plain(kind)} {quoted(name)}: is none of a registry, and can change what is added"
-
-
-def _difference_in_words(difference: Any) -> str:  # noqa: ANN401 - tuples of several forms, or a list of them
-    """Describes a difference of a database from the tables of a registry, as alembic states it."""
-    first = difference[0] if isinstance(difference, list) else difference
-    word, *about = first
-    what = next((each for each in about if hasattr(each, "name")), None)
-    kind, name = word.partition("_")[2], getattr(what, "name", None)
-    if word.startswith("remove_"):
-        return f"{kind} {quoted(str(name))}: is none of a registry, and can change what is added"
-    if word.startswith("add_"):
-        return f"{kind} {name}: is missing"
-    return (
-        f"column {'.'.join(str(each) for each in first[2:4])}: was changed: it is not as a registry is made"
-    )
 
 
 def _lenient(content: bytes) -> str:

@@ -85,6 +85,8 @@ _INDICES: dict[str, tuple[str, list[str]]] = {
     "certificate_calibration_calibration": ("certificate_calibration", ["calibration"]),
 }
 _REFUSAL = "rows of the registry are never changed"
+REFUSING = f" BEGIN RAISE EXCEPTION '{_REFUSAL}'; END "
+"""Body of the function of PostgreSQL that refuses changes; `verify` holds the server's against it."""
 
 
 def upgrade() -> None:
@@ -117,8 +119,7 @@ def upgrade() -> None:
         op.create_index(name, table, indexed)
     if op.get_bind().dialect.name == "postgresql":
         op.execute(
-            "CREATE FUNCTION tumble_refuse_change() RETURNS trigger LANGUAGE plpgsql AS "
-            f"$$ BEGIN RAISE EXCEPTION '{_REFUSAL}'; END $$"
+            f"CREATE FUNCTION tumble_refuse_change() RETURNS trigger LANGUAGE plpgsql AS $${REFUSING}$$"
         )
     for table in _TEXTS:
         _refuse_changes(table)
