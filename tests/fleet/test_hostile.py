@@ -106,14 +106,14 @@ def test_a_table_of_other_columns_is_no_part(tmp_path, rows):
         for kind in (pa.string(), pa.int64(), pa.list_(pa.float64())):
             if kind != field.type:
                 others.append(whole.set_column(number, field.name, pa.nulls(len(rows), kind)))
-        if not field.nullable:
-            others.append(
-                whole.set_column(number, pa.field(field.name, field.type), pa.nulls(len(rows), field.type))
-            )
+        others.append(
+            whole.set_column(number, pa.field(field.name, field.type), pa.nulls(len(rows), field.type))
+        )
         for other in others:
             written(tmp_path, other)
             with pytest.raises(StoreError, match=f"(column|value of) {field.name}"):
                 list(parts.tables(FileStore(str(tmp_path))))
+            summed_up(tmp_path)
 
 
 def test_a_part_that_unpacks_without_bound_is_refused(tmp_path, rows, monkeypatch):

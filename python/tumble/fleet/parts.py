@@ -221,18 +221,15 @@ def _whole_part(file: Any, path: str, columns: Sequence[str] | None) -> pa.Table
 
 
 def _needed(table: pa.Table) -> Iterator[tuple[str, Any]]:
-    """Yields what may not be missing: columns, and what each parameter and document states."""
-    for field in SCHEMA:
-        if field.name not in table.column_names:
-            continue
-        column = table.column(field.name).combine_chunks()
-        if not field.nullable:
-            yield field.name, column
-        elif pa.types.is_list(field.type):
+    """Yields what may not be missing: all columns, and what each parameter and document states."""
+    for name in table.column_names:
+        column = table.column(name).combine_chunks()
+        yield name, column
+        if pa.types.is_list(column.type):
             inner = column.flatten()
-            yield field.name, inner
-            for each in _STATED & {part.name for part in field.type.value_type}:
-                yield f"{field.name}.{each}", inner.field(each)
+            yield name, inner
+            for each in _STATED & {part.name for part in column.type.value_type}:
+                yield f"{name}.{each}", inner.field(each)
 
 
 def rows(results: FileStore, columns: Iterable[str]) -> Iterator[dict[str, object]]:
