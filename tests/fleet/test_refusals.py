@@ -11,16 +11,21 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import typer
 
-from fleet_jobs import LosingEngine, function_job, run_job
+from fleet_jobs import LosingEngine, SerialEngine, function_job, results_of, run_job
 from repetitions import drawn_seed, repetitions
+from tumble.cli.commands import command_line_for
+from tumble.cli.live_options import LIVE
 from tumble.fleet import ray_engine
+from tumble.fleet.input_options import READ
 from tumble.fleet.inputs import FleetInput, InputList, InputsError
 from tumble.fleet.job import FleetJob
 from tumble.fleet.lease import driver_lease
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.places import FileStore
 from tumble.fleet.task import FleetTask, OtherVersionError, run_task
+from tumble.foundation.procedures import PROCEDURES
 from turntable_sessions import one_line, typed
 
 
@@ -74,6 +79,51 @@ def test_wrong_manifest_names_row_and_cause(tmp_path, monkeypatch, columns, caus
     with pytest.raises(InputsError) as error:
         InputList(FleetJob(procedure="spin", inputs="units.parquet", results="r"))
     assert cause in str(error.value)
+
+
+def options_of(procedure):
+    """Returns the options of a procedure by name without `--`."""
+    parameters = command_line_for([procedure]).commands[procedure].params
+    return {
+        name[2:]: each
+        for each in parameters
+        for name in (*each.opts, *each.secondary_opts)
+        if name.startswith("--")
+    }
+
+
+@pytest.mark.parametrize("procedure", [each.word for each in PROCEDURES])
+def test_no_option_of_a_manifest_names_a_place_to_write(tmp_path, monkeypatch, procedure):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text("")
+    known = options_of(procedure)
+    written = {name for name, each in known.items() if takes_a_path(each)} - READ
+    assert {"output", "rerun", "mcap"} <= written
+    forms = {"help", "o", "rer", "rerun=x.rrd", "", "a b", "RERUN", "--rerun", "registry"}
+    live = {name for name, each in known.items() if each.rich_help_panel == LIVE}
+    arguments = "a b {input}"
+    job = FleetJob(procedure=procedure, inputs="units.parquet", results="r", arguments=arguments)
+    for name in sorted(written | forms | live):
+        options = json.dumps({name: str(tmp_path / "PWN")})
+        pq.write_table(pa.table({"place": ["a.csv"], "options": [options]}), "units.parquet")
+        with pytest.raises(InputsError, match=r"row 1: option .* none that a manifest may state"):
+            InputList(job)
+    for name in sorted(known.keys() & (READ | {"serial", "rate"})):
+        pq.write_table(pa.table({"place": ["a.csv"], "options": [json.dumps({name: "x"})]}), "units.parquet")
+        assert [each.options for each in InputList(job)] == [{name: "x"}]
+
+
+def takes_a_path(option):
+    """Returns whether the value of an option becomes a path."""
+    return isinstance(option.type, typer.models.TyperPath) or option.metavar == "DIR"
+
+
+def test_a_command_that_prints_no_result_is_a_failure_by_name(tmp_path, logs):
+    log = str(logs / "lot0" / "robot0.csv")
+    job = FleetJob(procedure="spin", inputs=[log], options={"help": True}, results=str(tmp_path / "results"))
+    run_job(job, SerialEngine())
+    (found,) = results_of(job).to_pylist()
+    assert found["failure"] == "spin: printed no result; leave out --help and its like"
 
 
 def test_resume_refuses_changed_options_and_keeps_results(tmp_path):

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.fleet.input_options import options_of_inputs
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import matching, version_at
 from tumble.foundation.bounded_json import parse_json
@@ -122,7 +123,7 @@ def inputs_of(job: FleetJob) -> Iterator[FleetInput]:
         yield from (FleetInput(str(seed)) for seed in seeds)
         return
     for pattern in job.patterns:
-        yield from _listed(pattern) if pattern.endswith(".parquet") else _found(pattern)
+        yield from _listed(pattern, job.procedure) if pattern.endswith(".parquet") else _found(pattern)
 
 
 def _told_apart(given: FleetInput) -> str:
@@ -194,7 +195,7 @@ def _unit(place: str) -> str:
     return PurePosixPath(place.replace("\\", "/")).name.partition(".")[0]
 
 
-def _listed(manifest: str) -> Iterator[FleetInput]:
+def _listed(manifest: str, procedure: str) -> Iterator[FleetInput]:
     rows = _manifest_rows(manifest)
     with unjoined_executor(_READERS) as readers:
         while some := list(islice(rows, _ROWS)):
@@ -209,7 +210,7 @@ def _listed(manifest: str) -> Iterator[FleetInput]:
                     row["place"],
                     version,
                     {"unit": _unit(row["place"]), **facts},
-                    _options(manifest, number, row),
+                    _options(f"{shown(manifest)}: row {number}", row, procedure),
                 )
 
 
@@ -253,7 +254,7 @@ def _refuse_unfit(about: str, row: Mapping[str, Any]) -> None:
             raise InputsError(f"{about}: {name} has {len(value)} letters; {_LONGEST_TEXT} at most")
 
 
-def _options(manifest: str, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
+def _options(about: str, row: Mapping[str, Any], procedure: str) -> dict[str, Any]:
     text = row.get("options")
     if not text:
         return {}
@@ -263,7 +264,13 @@ def _options(manifest: str, number: int, row: Mapping[str, Any]) -> dict[str, An
         options = None
     if not isinstance(options, dict):
         raise InputsError(
-            f"{shown(manifest)}: row {number}: options {quoted(str(text))} are no JSON object; give one such "
-            'as {"still": "5s"}'
+            f'{about}: options {quoted(str(text))} are no JSON object; give one such as {{"still": "5s"}}'
         )
+    known = options_of_inputs(procedure)
+    for name in options:
+        if name not in known:
+            raise InputsError(
+                f"{about}: option {quoted(name)} is none of {procedure}, or none that a manifest may state; "
+                "write whole names, and places to write into the job"
+            )
     return options

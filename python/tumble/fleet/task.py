@@ -24,7 +24,7 @@ from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore, fetched
 from tumble.foundation import clock
-from tumble.foundation.bounded_json import parse_json
+from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file, is_folder
@@ -202,7 +202,12 @@ def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
     messages = _without_paths(run.messages, folder.parent)
     if run.failure:
         return replace(_failure(row, _without_paths(run.failure, folder.parent)), messages=messages)
-    summary = parse_json(run.output)
+    try:
+        summary = parse_json(run.output)
+    except JsonError:
+        return replace(
+            _failure(row, f"{words[0]}: printed no result; leave out --help and its like"), messages=messages
+        )
     summary.pop("files", None)
     documents = tuple(_documents(folder))
     found = list(_results(folder, documents, run.written))
