@@ -25,6 +25,7 @@ from tumble.fleet.lease import driver_lease
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.places import FileStore
 from tumble.fleet.task import FleetTask, OtherVersionError, run_task
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.procedures import PROCEDURES
 from turntable_sessions import one_line, typed
 
@@ -116,6 +117,22 @@ def test_no_option_of_a_manifest_names_a_place_to_write(tmp_path, monkeypatch, p
 def takes_a_path(option):
     """Returns whether the value of an option becomes a path."""
     return isinstance(option.type, typer.models.TyperPath) or option.metavar == "DIR"
+
+
+def test_no_file_of_the_results_holds_a_password(tmp_path, logs):
+    secret = "postgresql://tumble:hunter2secret@127.0.0.1:9/lab"
+    options = {"registry": secret, "still": "2s"}
+    job = FleetJob(
+        procedure="spin",
+        inputs=[str(logs / "lot0" / "robot0.csv")],
+        options=options,
+        results=str(tmp_path / "results"),
+    )
+    run_job(job, SerialEngine())
+    assert all(b"hunter2secret" not in content for content in content_of(tmp_path / "results").values())
+    another = job.model_copy(update={"options": options | {"still": "3s"}})
+    with pytest.raises(TumbleError, match="other options"):
+        run_job(another, SerialEngine(), resume=True)
 
 
 def test_a_command_that_prints_no_result_is_a_failure_by_name(tmp_path, logs):

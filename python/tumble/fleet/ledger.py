@@ -16,6 +16,7 @@ from tumble.foundation.documents import made_of
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.provenance import date_now
+from tumble.foundation.secrets import without_secrets
 
 JOB_FILE = "job.json"
 STATUS_FILE = "status.json"
@@ -76,7 +77,7 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
     if content is None:
         return None
     known = _parsed(results, content)
-    if known.get("work") != job.work:
+    if known.get("work") != without_secrets(job.work):
         raise JobChangedError(
             f"{results}: holds results of a job with another procedure or other options; give another "
             "folder, or the options of before"
@@ -99,7 +100,7 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
 def begin(results: FileStore, job: FleetJob) -> str:
     """Registers the job at its results; returns the date that its results state, s since 1970."""
     date = _seconds(date_now())
-    stated = {"work": job.work, "software": _core.__version__, "date": date}
+    stated = {"work": without_secrets(job.work), "software": _core.__version__, "date": date}
     results.write(JOB_FILE, (json.dumps(stated, indent=1) + "\n").encode())
     return date
 
