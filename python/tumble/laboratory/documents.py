@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation.errors import OutputError
+from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
 from tumble.foundation.files import FileKind, make_folder, replacing
@@ -70,7 +70,7 @@ class Documents:
         """Return the size of a document, bytes; None where it is not there, or cannot be asked for."""
         try:
             return int(self._files.size(self._path(digest)))
-        except (OSError, ValueError):
+        except Exception:  # libraries of stores raise errors of their own; what is written next states them
             return None
 
     def hashes(self) -> Iterator[str]:
@@ -95,15 +95,19 @@ class Documents:
                 return
             self._files.makedirs(path.rpartition("/")[0], exist_ok=True)
             self._files.pipe_file(path, content)
-        except OSError as error:
-            raise OutputError(
-                f"{path}: cannot be written: {error.strerror or error}; give room for it"
-            ) from error
+        except TumbleError:
+            raise
+        except Exception as error:  # libraries of stores raise errors of their own
+            remedy = "give room for it" if self._is_folder else "check the address, network and credentials"
+            raise OutputError(f"{path}: cannot be written: {_words_of(error)}; {remedy}") from error
 
 
 def _unreadable(place: str, error: Exception) -> RegistryError:
-    why = getattr(error, "strerror", None) or " ".join(str(error).split())
-    return RegistryError(f"{place}: cannot be read: {why}")
+    return RegistryError(f"{place}: cannot be read: {_words_of(error)}")
+
+
+def _words_of(error: Exception) -> str:
+    return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
 
 
 def _opened(place: str) -> tuple[Any, str]:
