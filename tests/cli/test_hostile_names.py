@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import unicodedata
 from pathlib import Path
 
 import pytest
 
+import tumble
 from made_up_calibrations import made_up, save
 from made_up_certificates import options, with_covariance
+from tumble.calibration.document import Calibration
+from tumble.foundation.translation import LANGUAGES
 from tumble.foundation.words import plain, printable
 from tumble.laboratory.registry import Registry
 from turntable_sessions import typed
@@ -66,6 +70,42 @@ def test_a_log_with_a_hostile_name_is_read(workplace):
         for line in (done.out + done.err).split("\n"):
             assert not line.lstrip().startswith("forged"), words
             assert printable(line) == line, words
+
+
+def test_no_name_steers_a_page(workplace):
+    assert typed("simulate", "spin", "--turns", "1", "--seed", "7", "-o", "made").code == 0
+    Path("made/spin.csv").rename(f"{NAME}.csv")
+    own = ("--operator", NAME, "--station", NAME, "--serial", NAME)
+    for language in LANGUAGES:
+        for words in (
+            ("spin", f"{NAME}.csv", *own),
+            ("noise", f"{NAME}.csv", *own),
+            ("compare", "a/result_0.yaml", "a/result_0.yaml", *own[:4]),
+        ):
+            assert typed(*words, "-o", f"{words[0]}-{language}", "--language", language).code in (0, 3)
+    assert typed("registry", "add", "a", "--model", NAME, *R).code == 0
+    assert typed("registry", "history", NAME, "-o", "history", *R).code == 0
+    pages = [page for page in Path().rglob("*.html") if page.parts[0] != "a"]
+    assert len(pages) == 3 * len(LANGUAGES) + 1
+    for page in pages:
+        text = page.read_text()
+        assert printable(text) == text, page
+        assert "forged" in text, page
+
+
+def test_what_a_notebook_shows_is_escaped(workplace):
+    found = Calibration.load("a/result_0.yaml")._repr_html_()
+    assert "forged" in found
+    assert printable(found) == found
+    functions = [
+        (path, function)
+        for path in Path(tumble.__file__).parent.rglob("*.py")
+        for function in ast.walk(ast.parse(path.read_text()))
+        if isinstance(function, ast.FunctionDef) and function.name == "_repr_html_"
+    ]
+    assert len(functions) > 10
+    for path, function in functions:
+        assert ast.unparse(function.body[-1]).startswith("return printable("), path
 
 
 def test_json_keeps_a_name_as_it_is(workplace):

@@ -44,7 +44,7 @@ from tumble.foundation.plain import finite_or_none, short
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.schemas import CALIBRATION
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
-from tumble.foundation.words import join
+from tumble.foundation.words import join, printable
 
 SCHEMA: Literal["tumble-calibration/3"] = "tumble-calibration/3"
 _WITHOUT_MAGNETOMETER = "tumble-calibration/2"
@@ -658,7 +658,7 @@ class Calibration(Document):
         title = escape(self.name + (f" ({self.serial})" if self.serial else ""))
         rows = "".join(_html_row(kind, triad) for kind, triad in self.triads())
         head = "".join(f"<th>{cell}</th>" for cell in ("", "M", "b", "angles"))
-        return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
+        return printable(f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>")
 
 
 def _no_key_of(key: str, version: str) -> str:

@@ -16,7 +16,7 @@ from tumble.foundation.errors import ArrayError, LogError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.names import LONGEST_NAME, normal_name
 from tumble.foundation.units import TRIADS, UNITS, Channel, Triad, channels_of
-from tumble.foundation.words import plain
+from tumble.foundation.words import plain, printable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -345,7 +345,7 @@ class Recording:
         rows = "".join(
             f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in facts.items()
         )
-        return f"<table><caption><b>{escape(self.name)}</b></caption>{rows}</table>"
+        return printable(f"<table><caption><b>{escape(self.name)}</b></caption>{rows}</table>")
 
 
 class Table(Protocol):

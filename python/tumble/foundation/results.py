@@ -16,7 +16,7 @@ from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import LogFacts, Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import CalibratedTriad
-from tumble.foundation.words import count_of
+from tumble.foundation.words import count_of, printable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -95,7 +95,7 @@ class Tabular:
         return dataset_of(self.rows())
 
     def _repr_html_(self) -> str:
-        return html_table(self.rows())
+        return printable(html_table(self.rows()))
 
 
 class Named(Protocol):

@@ -17,6 +17,7 @@ from markupsafe import Markup
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import PAGE, write_text
 from tumble.foundation.translation import language
+from tumble.foundation.words import printable
 from tumble.report.identity import Identity
 from tumble.report.numbers import typeset
 from tumble.report.text import VERDICT_SIGNS
@@ -99,10 +100,13 @@ def plot(page: object, figure: str | None, owner: str) -> Figure:
 
 
 def render(package: str, template: str, identity: Identity, **values: object) -> str:
-    """Fills a template of a package, such as `tumble.procedures.spin.report`, in the context's language."""
+    """Fills a template of a package, such as `tumble.procedures.spin.report`, in the context's language.
+
+    Signs of text from outside that steer a terminal, or turn the direction of what follows, are escaped.
+    """
     stated = {"identity": identity, "language": language()}
     page = _environment(package).get_template(template).render(values | stated)
-    return translated_page(page, identity.names, package.split(".")[-2])
+    return printable(translated_page(page, identity.names, package.split(".")[-2]))
 
 
 @cache

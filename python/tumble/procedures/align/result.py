@@ -19,6 +19,7 @@ from tumble.foundation.results import (
     Verdict,
     estimates_of,
 )
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,4 +167,4 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
     def _repr_html_(self) -> str:
         from tumble.procedures.align.report.notebook import align_html
 
-        return align_html(self)
+        return printable(align_html(self))

@@ -14,6 +14,7 @@ from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.provenance import NO_LOG, LogFacts, Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL, Parameter, Row, Tabular, TriadResult, Verdict
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -229,7 +230,7 @@ class MagnetometerResult(Tabular):
     def _repr_html_(self) -> str:
         from tumble.procedures.magnetometer.report.notebook import magnetometer_html
 
-        return magnetometer_html(self)
+        return printable(magnetometer_html(self))
 
 
 def estimated(name: str, unit: str, value: float, sigma: float) -> Parameter:

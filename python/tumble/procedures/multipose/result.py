@@ -13,6 +13,7 @@ import numpy as np
 from tumble.foundation.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Rest, Row, Tabular, Trace, TriadResult, Verdict
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -296,7 +297,7 @@ class MultiposeResult(Tabular):
     def _repr_html_(self) -> str:
         from tumble.procedures.multipose.report.notebook import multipose_html
 
-        return multipose_html(self)
+        return printable(multipose_html(self))
 
 
 def _rms(values: list[float]) -> float:

@@ -22,6 +22,7 @@ from tumble.foundation.results import (
     axis_estimates,
 )
 from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -226,4 +227,4 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
     def _repr_html_(self) -> str:
         from tumble.procedures.noise.report.notebook import noise_html
 
-        return noise_html(self)
+        return printable(noise_html(self))

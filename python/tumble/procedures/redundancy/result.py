@@ -27,6 +27,7 @@ from tumble.foundation.results import (
     only,
 )
 from tumble.foundation.units import UNITS
+from tumble.foundation.words import printable
 from tumble.procedures.redundancy.known_faults import OF_THE_SET, KnownFault, known_faults
 
 if TYPE_CHECKING:
@@ -381,4 +382,4 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     def _repr_html_(self) -> str:
         from tumble.procedures.redundancy.report.notebook import redundancy_html
 
-        return redundancy_html(self)
+        return printable(redundancy_html(self))

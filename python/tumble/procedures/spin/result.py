@@ -27,7 +27,7 @@ from tumble.foundation.results import (
     estimates_of,
 )
 from tumble.foundation.units import UNITS
-from tumble.foundation.words import count_of
+from tumble.foundation.words import count_of, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -315,4 +315,4 @@ class SpinResult(Tabular, Collection[Spin]):
     def _repr_html_(self) -> str:
         from tumble.procedures.spin.report.notebook import spin_html
 
-        return spin_html(self)
+        return printable(spin_html(self))

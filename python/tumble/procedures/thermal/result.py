@@ -24,6 +24,7 @@ from tumble.foundation.results import (
     axis_estimates,
 )
 from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -289,4 +290,4 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
     def _repr_html_(self) -> str:
         from tumble.procedures.thermal.report.notebook import thermal_html
 
-        return thermal_html(self)
+        return printable(thermal_html(self))

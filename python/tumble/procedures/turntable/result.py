@@ -26,7 +26,7 @@ from tumble.foundation.results import (
     only,
 )
 from tumble.foundation.units import TRIADS, CalibratedTriad
-from tumble.foundation.words import join
+from tumble.foundation.words import join, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -262,7 +262,7 @@ class TargetResult(Tabular):
     def _repr_html_(self) -> str:
         from tumble.procedures.turntable.report.notebook import target_html
 
-        return target_html(self)
+        return printable(target_html(self))
 
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter; one without a parameter where the target was not calibrated."""
@@ -424,7 +424,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     def _repr_html_(self) -> str:
         from tumble.procedures.turntable.report.notebook import batch_html
 
-        return batch_html(self)
+        return printable(batch_html(self))
 
     @property
     def verdict(self) -> Verdict:

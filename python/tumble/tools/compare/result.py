@@ -14,6 +14,7 @@ from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Collection, Row, Tabular, Verdict
 from tumble.foundation.units import CalibratedTriad
+from tumble.foundation.words import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -262,4 +263,4 @@ class CompareResult(Tabular, Collection[Pair]):
     def _repr_html_(self) -> str:
         from tumble.tools.compare.report.notebook import compare_html
 
-        return compare_html(self)
+        return printable(compare_html(self))
