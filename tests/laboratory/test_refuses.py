@@ -10,6 +10,7 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sqlalchemy import text
 
 from made_up_calibrations import made_up, save
 from postgres import PASSWORD
@@ -166,6 +167,29 @@ def test_a_registry_that_computes_is_refused_unread(tmp_path, statement):
     database.close()
     for words in (("list",), ("verify",), ("export", "rows.csv"), ("backup", "copy")):
         assert "parameter is computed, as in no registry" in refusal(*words, "--registry", path)
+
+
+ENDLESS = "SELECT parameter_real.* FROM parameter_real, generate_series(1, 1000000000000)"
+COMPUTED = (
+    f"ALTER TABLE parameter RENAME TO parameter_real; CREATE VIEW parameter AS {ENDLESS}",
+    "ALTER TABLE parameter RENAME TO parameter_real; CREATE MATERIALIZED VIEW parameter AS "
+    "SELECT * FROM parameter_real",
+    "ALTER TABLE parameter DROP COLUMN origin; ALTER TABLE parameter ADD COLUMN origin text "
+    "GENERATED ALWAYS AS (repeat('x', 1000000000)) STORED",
+    "ALTER TABLE parameter ENABLE ROW LEVEL SECURITY; ALTER TABLE parameter FORCE ROW LEVEL SECURITY; "
+    "CREATE POLICY p ON parameter USING (pg_sleep(1000000) IS NULL)",
+)
+"""Statements that make each row of a table on a server take as long as whoever made them likes."""
+
+
+@pytest.mark.parametrize("address", ["postgresql"], indirect=True)
+@pytest.mark.parametrize("statements", COMPUTED)
+def test_a_table_on_a_server_that_is_computed_is_refused(registry, statements):
+    with registry.database.writing() as connection:
+        connection.execute(text(statements))
+    address = registry.address.url.set(drivername="postgresql").render_as_string(hide_password=False)
+    for words in (("list",), ("verify",), ("export", "rows.csv"), ("backup", "copy")):
+        assert "parameter is computed, as in no registry" in refusal(*words, "--registry", address)
 
 
 def test_a_place_of_documents_that_is_none_is_a_fault(tmp_path):

@@ -32,6 +32,21 @@ HEAD = "1"
 """Version of the tables that this version of Tumble reads and writes."""
 
 
+_COMPUTED = {
+    "sqlite": """
+SELECT name FROM sqlite_master WHERE type = 'view' AND name = :table COLLATE NOCASE
+UNION ALL SELECT name FROM pragma_table_xinfo(:table) WHERE hidden <> 0
+""",
+    "postgresql": """
+SELECT relname FROM pg_class WHERE relname = CAST(:table AS name)
+  AND relnamespace = current_schema()::regnamespace
+  AND (relkind NOT IN ('r', 'i') OR relrowsecurity
+    OR EXISTS (SELECT FROM pg_attribute WHERE attrelid = pg_class.oid AND attgenerated <> ''))
+""",
+}
+"""Views, generated columns and policies in the place of a table."""
+
+
 class RegistryError(TumbleError):
     """A registry cannot be reached, is locked or damaged, or of another version."""
 
@@ -105,13 +120,10 @@ class Database:
         )
 
     def _refuse_computed(self, connection: Connection) -> None:
-        """Raise `RegistryError` where a table is a view or has computed columns, which may never end."""
-        if not self.is_sqlite:
-            return
-        views = set(connection.execute(text("SELECT name FROM sqlite_master WHERE type = 'view'")).scalars())
-        columns = text("SELECT count(*) FROM pragma_table_xinfo(:table) WHERE hidden <> 0")
+        """Raise `RegistryError` where rows of a table are computed as they are read, which may never end."""
+        chosen = text(_COMPUTED[connection.dialect.name])
         for table in METADATA.tables:
-            if table in views or connection.execute(columns, {"table": table}).scalar():
+            if connection.execute(chosen, {"table": table}).first() is not None:
                 raise RegistryError(
                     f"{self.address}: {table} is computed, as in no registry; restore it from a backup"
                 )
