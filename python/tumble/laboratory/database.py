@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
+from sqlalchemy import Connection, Engine, bindparam, create_engine, event, inspect, text
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
@@ -33,18 +33,19 @@ HEAD = "1"
 
 
 _COMPUTED = {
-    "sqlite": """
-SELECT name FROM sqlite_master WHERE type = 'view' AND name = :table COLLATE NOCASE
-UNION ALL SELECT name FROM pragma_table_xinfo(:table) WHERE hidden <> 0
-""",
-    "postgresql": """
-SELECT relname FROM pg_class WHERE relname = CAST(:table AS name)
+    "sqlite": text("""
+SELECT name FROM sqlite_master WHERE type = 'view' AND lower(name) IN :tables
+UNION ALL SELECT made.name FROM sqlite_master AS made, pragma_table_xinfo(made.name) AS part
+  WHERE lower(made.name) IN :tables AND part.hidden <> 0
+""").bindparams(bindparam("tables", expanding=True)),
+    "postgresql": text("""
+SELECT relname FROM pg_class WHERE relname = ANY(CAST(:tables AS name[]))
   AND relnamespace = current_schema()::regnamespace
   AND (relkind NOT IN ('r', 'i') OR relrowsecurity
     OR EXISTS (SELECT FROM pg_attribute WHERE attrelid = pg_class.oid AND attgenerated <> ''))
-""",
+"""),
 }
-"""Views, generated columns and policies in the place of a table."""
+"""Find views, generated columns and policies in the place of a table."""
 
 
 class RegistryError(TumbleError):
@@ -121,12 +122,12 @@ class Database:
 
     def _refuse_computed(self, connection: Connection) -> None:
         """Raise `RegistryError` where rows of a table are computed as they are read, which may never end."""
-        chosen = text(_COMPUTED[connection.dialect.name])
-        for table in METADATA.tables:
-            if connection.execute(chosen, {"table": table}).first() is not None:
-                raise RegistryError(
-                    f"{self.address}: {table} is computed, as in no registry; restore it from a backup"
-                )
+        chosen = _COMPUTED[connection.dialect.name]
+        table = connection.execute(chosen, {"tables": list(METADATA.tables)}).scalar()
+        if table is not None:
+            raise RegistryError(
+                f"{self.address}: {table} is computed, as in no registry; restore it from a backup"
+            )
 
     def upgrade(self) -> None:
         """Make the tables, or bring them to this version; raises `RegistryError`."""
