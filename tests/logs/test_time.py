@@ -9,8 +9,9 @@ from log_fixtures import made_up, refusal, write_text
 from tumble.acquisition.acquire import acquire
 from tumble.foundation.errors import ProcedureError
 from tumble.logs import ReadOptions, open_recording
-from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, guess_time_unit, is_imu_step
+from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, UNITS, guess_time_unit, is_imu_step
 from tumble.tools.inspect.procedure import inspect
+from turntable_sessions import one_line, typed
 
 TRIADS = "ax,ay,az,gx,gy,gz"
 
@@ -81,3 +82,32 @@ def test_implausible_rate_is_reported_and_suits_no_procedure(tmp_path, rate):
 @pytest.mark.parametrize("rate", [SLOWEST_HZ, 100.0, FASTEST_HZ])
 def test_the_rates_that_imus_have_are_taken(rate):
     assert is_imu_step(1.0 / rate)
+
+
+MAGNITUDES = [5e-324, 1e-310, 2e-308, 1e-300, 1e-154, 1e-30, 1e-9, 1e-4, 1.0, 1e9, 1e30, 1e154, 1e300, 1e308]
+"""Numbers of all sizes that a stamp, a rate or a scale may have."""
+
+
+@pytest.mark.parametrize("unit", [None, "s", "ns"])
+@pytest.mark.parametrize("step", MAGNITUDES)
+def test_a_step_of_time_of_any_size_is_read_or_one_line(tmp_path, step, unit):
+    with np.errstate(over="ignore"):
+        times = np.arange(300) * step
+    path = tmp_path / "log.npz"
+    chunk = made_up(300, temperature=False)
+    np.savez(path, time=times, acc=chunk.accelerometer, gyro=chunk.gyroscope)
+    words = [] if unit is None else ["--time-unit", unit]
+    done = typed("inspect", path, *words)
+    assert done.code in (0, 2), done.err
+    # A step is that of an IMU in one unit at most of those that are far apart.
+    if unit is not None and not is_imu_step(step * UNITS["time"][unit]):
+        assert "is none of an IMU" in done.out or done.code == 2
+
+
+@pytest.mark.parametrize("rate", [*map(str, MAGNITUDES), "inf", "1e309", "nan", "-inf", "-0"])
+def test_a_rate_of_any_size_is_taken_or_one_line(tmp_path, rate):
+    path = write_text(tmp_path / "log.csv", made_up(300, temperature=False), f"time,{TRIADS}")
+    done = typed("inspect", path, f"--rate={rate}")
+    assert done.code in (0, 2), done.err
+    if not 0.0 < float(rate) < np.inf:
+        assert f"--rate {float(rate):g}: needs to be a number above zero" in one_line(done.err)

@@ -30,6 +30,7 @@ from tumble.logs.units import (
     guess_range,
     guess_time_unit,
     in_celsius,
+    is_imu_step,
     peak,
     possible_temperature,
     rate_unit_at_rest,
@@ -186,7 +187,9 @@ def conversion_for(
         if "accelerometer" in triads and options.channel is None and not options.as_numbers:
             interval = _interval(head, time_unit, options.rate or track.rate)
             force = (head.accelerometer - accelerometer_zero) * accelerometer_scale
-            rest = rest_in(force, head.gyroscope - gyroscope_zero, interval)
+            # Times that no IMU has show no rest.
+            if is_imu_step(interval):
+                rest = rest_in(force, head.gyroscope - gyroscope_zero, interval)
         gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero, rest)
     temperature_name, temperature_fault, temperature_remark = _temperature(track, options, head)
     return Conversion(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -118,8 +119,8 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool, *, alo
     head = track.head()
     track = without_silent_triads(track, head)
     if options.rate is not None:
-        if not options.rate > 0.0:
-            raise LogError(f"--rate {options.rate:g}: needs to be above zero")
+        if not 0.0 < options.rate < math.inf:
+            raise LogError(f"--rate {options.rate:g}: needs to be a number above zero")
         head = without_time(head)
     rate = options.rate if options.rate is not None else track.rate
     if head.time is None and rate is None and track.triads:

@@ -320,9 +320,9 @@ def guess_time_unit(time: FloatArray, rates: Usual = IMU_RATE, samples: int | No
             return TimeGuess(name, "size of the stamps, counted from 1970")
     if not possible:
         # The nearest, which whoever reads the log refuses by its rate.
-        nearest = min(
-            UNITS["time"], key=lambda name: abs(math.log(step * UNITS["time"][name] * rates.median))
-        )
+        # A product of these may be too small, or too large, for a number.
+        parts = math.log(step) + math.log(rates.median)
+        nearest = min(UNITS["time"], key=lambda name: abs(parts + math.log(UNITS["time"][name])))
         return TimeGuess(nearest, f"step of {step:.6g} between samples")
     has_fractions = bool((_stamps(time) % 1.0).any())
     fractions = {name: math.log(COUNTED_IN_FRACTIONS) * (has_fractions and name != "s") for name in possible}
@@ -366,7 +366,10 @@ def _stamps(time: FloatArray) -> FloatArray:
 
 def odd_step(step: float) -> str:
     """Describes a distance of stamps, s, that no IMU has; empty where an IMU may have it."""
-    return "" if is_imu_step(step) else f"a sample every {step:.6g} s, {1.0 / step:.4g} Hz, is none of an IMU"
+    if is_imu_step(step):
+        return ""
+    rate = 1.0 / step if step else math.inf
+    return f"a sample every {step:.6g} s, {rate:.4g} Hz, is none of an IMU"
 
 
 def is_imu_step(step: float) -> bool:
