@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 import tumble
 from log_fixtures import made_up, write
 from patience import PATIENCE
+from tumble.cli.exit_code import ExitCode
 from turntable_sessions import one_line, typed
 
 COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
@@ -41,8 +43,44 @@ def test_a_reader_that_has_enough_is_no_mistake(log):
     process.stdout.readline()
     process.stdout.close()
     assert process.stderr.read() == ""
-    process.wait()
+    assert process.wait() == ExitCode.READER_GONE
     process.stderr.close()
+
+
+STREAMS = {
+    "nobody reads standard output": ("| true", ExitCode.READER_GONE),
+    "standard output is closed": (">&-", None),
+    "standard error is closed": ("2>&-", None),
+    "standard error is full": ("2>/dev/full", None),
+    "all are closed": ("<&- >&- 2>&-", None),
+}
+"""Standard streams as a shell gives them, and the exit code; None for that of the command."""
+COMMANDS_OF_STREAMS = {
+    "inspect {log}": ExitCode.DONE,
+    "inspect --json {log}": ExitCode.DONE,
+    "inspect --json missing.csv": ExitCode.USER_ERROR,
+    "--nonsense": ExitCode.USER_ERROR,
+    "--help": ExitCode.DONE,
+    "noise {log} -o results": ExitCode.NOT_ALL_WELL,
+}
+"""Commands that draw, print a document, refuse and write, with their exit codes."""
+
+
+@pytest.mark.parametrize("streams", STREAMS)
+def test_a_stream_that_nobody_reads_keeps_the_exit_code(tmp_path, log, streams):
+    redirected, expected = STREAMS[streams]
+    still = made_up(600)
+    still.gyroscope[300:, 2] -= 1.0
+    write(log, still)
+    program = shlex.join(COMMAND)
+    for words, code in COMMANDS_OF_STREAMS.items():
+        line = f"{program} {words.format(log=shlex.quote(str(log)))} {redirected}; exit ${{PIPESTATUS[0]}}"
+        done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, cwd=tmp_path)
+        prints = code != ExitCode.USER_ERROR or "--json" in words
+        assert done.returncode == (expected if expected and prints else code), (words, done.stderr)
+        assert "Traceback" not in done.stdout + done.stderr
+        if "noise" in words and not expected:
+            assert (tmp_path / "results" / "log.noise.yaml").exists()
 
 
 def test_control_c_while_libraries_are_imported_leaves_no_trace(tmp_path):

@@ -16,3 +16,5 @@ class ExitCode:
     """Results are written, and something in them is known to be wrong or was not shown."""
     INTERRUPTED = 130
     """Control-C: 128 and the number of the signal, as shells have it."""
+    READER_GONE = 141
+    """The reader of standard output closed it: 128 and the number of SIGPIPE, as shells have it."""

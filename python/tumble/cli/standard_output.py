@@ -1,6 +1,7 @@
 """Standard output and error as commands have them.
 
-A failure of standard output is reported in one line. Characters that a screen cannot show, or would obey, are
+A failure of standard output is reported in one line, one of standard error nowhere: the exit code reports.
+A closed stream is as one that nobody reads. Characters that a screen cannot show, or would obey, are
 escaped on both: names of columns, units and topics are text from outside. Drawings pass unchanged by
 `drawing`, and `Screen` of `cli/screen.py` escapes its text instead.
 """
@@ -12,15 +13,19 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
 from typing import Any
 
-from tumble.foundation.errors import OutputError
+from tumble.foundation.errors import OutputError, ReaderGoneError
 from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import ESCAPED, printable
 
 
 class _Checked:
-    """Passes text on; raises `OutputError` where it cannot be written, as on a full disk."""
+    """Passes text on.
+
+    Raises `OutputError` where it cannot be written, as on a full disk, `ReaderGoneError` where nobody reads.
+    """
 
     def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard output
         self._stream: Any = stream
@@ -43,13 +48,65 @@ class _Checked:
     def _refused(self) -> Iterator[None]:
         try:
             yield
-        except BrokenPipeError:
-            raise
+        except BrokenPipeError as error:
+            _discard(self._stream, sys.__stdout__)
+            raise ReaderGoneError("the reader of standard output closed it") from error
         except OSError as error:
-            # The interpreter must not retry the rest of the output when it ends.
-            if sys.__stdout__ is not None and self._stream is sys.__stdout__:
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
+            _discard(self._stream, sys.__stdout__)
             raise OutputError(f"standard output: cannot be written: {error.strerror or error}") from error
+
+
+class _Lasting:
+    """Passes text on, and drops it where standard error cannot be written."""
+
+    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard error
+        self._stream: Any = stream
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Writes what can be written."""
+        try:
+            self._stream.write(text)
+        except OSError:
+            _discard(self._stream, sys.__stderr__)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flushes what can be written."""
+        try:
+            self._stream.flush()
+        except OSError:
+            _discard(self._stream, sys.__stderr__)
+
+
+def _discard(stream: Any, of_process: Any) -> None:  # noqa: ANN401 - whatever stands for a stream
+    """Has a stream of the process lead nowhere: the interpreter must not retry the rest when it ends."""
+    if of_process is not None and stream is of_process:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), of_process.fileno())
+
+
+def open_closed_streams() -> None:
+    """Opens each closed standard stream on what nobody reads, so that no file gets its number.
+
+    Standard input keeps its number alone, as nothing is piped in.
+    """
+    if sys.stdin is None:
+        os.open(os.devnull, os.O_RDONLY)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - closed with the process
+            setattr(sys, name, nowhere)
+
+
+@contextmanager
+def lasting_error() -> Iterator[None]:
+    """Keeps the exit code of the block where standard error cannot be written, as on a full disk."""
+    if isinstance(sys.stderr, io.TextIOWrapper):
+        sys.stderr.reconfigure(errors=ESCAPED)
+    with redirect_stderr(_Lasting(sys.stderr)):
+        yield
 
 
 class _Escaped:
@@ -72,12 +129,11 @@ class _Escaped:
 def checked_output() -> Iterator[None]:
     """Checks what the block prints, to the last byte, and escapes what a terminal would obey.
 
-    Raises `OutputError` where standard output cannot be written. A reader that has closed a pipe wants no
-    more: that is no mistake.
+    Raises `OutputError` where standard output cannot be written, `ReaderGoneError` where its reader has
+    closed it.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors=ESCAPED)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors=ESCAPED)
     checked = _Checked(sys.stdout)
     with redirect_stdout(_Escaped(checked)), redirect_stderr(_Escaped(sys.stderr)):
         try:

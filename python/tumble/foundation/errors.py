@@ -77,3 +77,10 @@ class TargetsError(ProcedureError):
 
 class OutputError(TumbleError):
     """A result cannot be written; what was there before is untouched."""
+
+
+class ReaderGoneError(OSError):
+    """End of standard output, whose reader closed it: it wants no more, which is no mistake.
+
+    Libraries that draw and parse commands take a `BrokenPipeError` for a failure.
+    """

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 
 from tumble.foundation import clock
-from tumble.foundation.errors import LogError, OutputError
+from tumble.foundation.errors import LogError, OutputError, ReaderGoneError
 from tumble.foundation.files import check_output
 from tumble.foundation.magnetic import FIELD_UNITS, MAGNETIC_CHANNELS
 from tumble.foundation.recording import Chunk, FloatArray
@@ -196,7 +196,7 @@ class _Lines:
         try:
             sys.stdout.write("".join(f"{line}\n" for line in lines))
             sys.stdout.flush()
-        except BrokenPipeError as error:
+        except (BrokenPipeError, ReaderGoneError) as error:
             raise OutputError("standard output: its reader has ended; start both programs again") from error
 
     def close(self) -> None: ...
