@@ -21,11 +21,14 @@ import pyarrow as pa
 import pyarrow.ipc
 import pyarrow.parquet as pq
 import pytest
+from google.protobuf import descriptor_pb2
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import storage_mcap
 
 from hostile import read_or_refuse
 from hostile_places import patient
-from log_fixtures import made_up, write_text
+from log_fixtures import made_up, read, write_text
+from message_fixtures import write_messages
 from tumble.foundation.errors import LogError
 from tumble.foundation.units import CHANNELS
 from tumble.logs import csv, formats, list_imus, npy
@@ -314,3 +317,79 @@ def test_damage_behind_the_beginning_of_any_log_is_one_line(tmp_path, monkeypatc
     monkeypatch.setattr(formats, "_reader_for", lambda _: reader)
     with pytest.raises(LogError, match=r"is damaged or cut short \(what a library trips over\)"):
         list(formats.open_logged_imu(path, None, ReadOptions()).read(lambda samples: samples))
+
+
+def types_in(*bodies):
+    """The definition of a message with the fields of an IMU, and of the types t0, t1, ... that it uses."""
+    rows = ["geometry_msgs/Vector3 linear_acceleration", "geometry_msgs/Vector3 angular_velocity"]
+    types = [("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z")]
+    types += [(f"demo/T{number}", body) for number, body in enumerate(bodies[1:])]
+    parts = [f"{bodies[0]}\n" + "\n".join(rows), *(f"MSG: {name}\n{body}" for name, body in types)]
+    return ("\n" + "=" * 80 + "\n").join(parts).encode()
+
+
+DOUBLED = [f"T{number + 1} a\nT{number + 1} b" for number in range(14)]
+"""Types that each hold the next one twice."""
+DEFINITIONS = {
+    "a sequence of messages of no bytes": types_in("T0[] many", ""),
+    "an array of messages of no bytes": types_in("T0[4000000000] many", ""),
+    "arrays in one another": types_in("T0[1000] many", "T1[1000] many", "T2[1000] many", "uint8 one"),
+    "an array of strings": types_in("string[2000000000] many"),
+    "types that double": types_in("T0 a", *DOUBLED, ""),
+    "elements of a sequence that hold none": types_in("T0[] many", "T1 a\nuint8 b", ""),
+    "a type in itself": types_in("T0 a", "T1 b", "T0 a"),
+    "types in a row": types_in("T0 a", *(f"T{number + 1} a" for number in range(2000)), "uint8 one"),
+    "many fields": types_in("\n".join(f"float64 f{number}" for number in range(20_000))),
+    "many lines": types_in("# a remark\n" * 500_000),
+}
+"""Definitions of a few bytes that stand for any number of values, and long ones that say little."""
+
+
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_a_definition_makes_no_more_than_its_messages_hold(tmp_path, name, encoding):
+    schema = ("demo/Imu", {"ros1": "ros1msg", "cdr": "ros2msg"}[encoding], DEFINITIONS[name])
+    # The count of a sequence, and vectors; those of CDR stand behind four bytes.
+    data = bytes([0, 1, 0, 0]) * (encoding == "cdr") + b"\xff" * 4 + bytes(4 + 48)
+    path = write_messages(tmp_path / "log.mcap", encoding, [(1, data), (2, data)], schema)
+    assert "no topic holds sensor_msgs/Imu" in refused(path)
+
+
+def test_a_definition_with_arrays_and_sequences_of_messages_is_read(tmp_path):
+    chunk = made_up(400)
+    schema = (
+        "demo/Imu",
+        "ros1msg",
+        types_in("T0[3] some\nT1[] many\nT2 none", "uint8 one", "T2[2] two\nuint8 a", "uint8 b"),
+    )
+    rows = np.hstack([chunk.accelerometer, chunk.gyroscope])
+    messages = [
+        (round(1e9 * (1.0 + time)), bytes(3 + 4 + 1) + row.astype("<f8").tobytes())
+        for time, row in zip(chunk.time, rows, strict=True)
+    ]
+    path = write_messages(tmp_path / "log.mcap", "ros1", messages, schema)
+    np.testing.assert_array_equal(read(path).accelerometer, chunk.accelerometer)
+
+
+def test_definitions_of_many_topics_are_parsed_within_a_budget(tmp_path):
+    with (tmp_path / "log.mcap").open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        for number in range(400):
+            text = types_in(f"# {number}\n" * 1000)
+            schema = writer.register_schema("demo/Imu", "ros1msg", text)
+            channel = writer.register_channel(f"/t{number}", "ros1", schema)
+            writer.add_message(channel, 1, bytes(48), 1)
+        writer.finish()
+    assert "copy the topic of the IMU into a bag of its own" in refused(tmp_path / "log.mcap")
+
+
+def test_a_descriptor_that_holds_itself_names_no_more_than_it_has(tmp_path):
+    own = descriptor_pb2.FileDescriptorProto(name="imu.proto", package="demo", syntax="proto3")
+    imu = own.message_type.add(name="Imu")
+    for number in range(1, 12):
+        imu.field.add(name=f"acc_gyro_{number}", number=number, type=11, label=1, type_name=".demo.Imu")
+    files = descriptor_pb2.FileDescriptorSet(file=[own])
+    schema = ("demo.Imu", "protobuf", files.SerializeToString())
+    path = write_messages(tmp_path / "log.mcap", "protobuf", [(1, b"")], schema)
+    assert "no topic holds sensor_msgs/Imu" in refused(path)

@@ -15,6 +15,7 @@ from tumble.foundation.words import join, quoted
 from tumble.logs.bags import Bag, BagMessage, Topic
 from tumble.logs.columns import READ_MAGNETOMETER
 from tumble.logs.magnetic_messages import batched, magnetometer_beside, magnetometers_of
+from tumble.logs.message_bounds import MOST_LINES, MOST_LINES_OF_BAG
 from tumble.logs.message_form import Definition, JsonForm
 from tumble.logs.message_imu import (
     ROS_UNITS,
@@ -33,6 +34,7 @@ from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawM
 _HEAD_SAMPLES = 1 << 14
 _FRAMES_COMPARED = 200
 """Messages whose frame is read: drivers that share a topic take turns."""
+_OF_ROS = ("cdr", "ros1")
 _IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")
 
 
@@ -172,13 +174,23 @@ def _imus(bag: Bag) -> dict[str, _Imu]:
         if topic.kind == "imu"
     }
     definitions = bag.definitions()
-    for topic, definition in definitions.items():
-        if topic not in found and _IMU_TYPE.search(definition.text):
-            found |= _of_topic(bag, topic, definition, by_names=False)
+    embedding = {
+        topic: definition
+        for topic, definition in definitions.items()
+        if topic not in found and _IMU_TYPE.search(definition.text)
+    }
+    _refuse_many_lines(bag, embedding)
+    for topic, definition in embedding.items():
+        found |= _of_topic(bag, topic, definition, by_names=False)
     if not found:
-        for topic, definition in definitions.items():
-            if definition.encoding == "json" or may_hold_imu(definition.text):
-                found |= _of_topic(bag, topic, definition, by_names=True)
+        named = {
+            topic: definition
+            for topic, definition in definitions.items()
+            if definition.encoding == "json" or may_hold_imu(definition.text)
+        }
+        _refuse_many_lines(bag, named)
+        for topic, definition in named.items():
+            found |= _of_topic(bag, topic, definition, by_names=True)
     if not found:
         topics = ", ".join(f"{name} ({kind})" for name, kind in bag.all_topics().items()) or "none"
         beside = READ_MAGNETOMETER if magnetometers_of(bag) else ""
@@ -189,13 +201,24 @@ def _imus(bag: Bag) -> dict[str, _Imu]:
     return dict(sorted(found.items()))
 
 
+def _refuse_many_lines(bag: Bag, definitions: Mapping[str, Definition]) -> None:
+    """Raises `LogError` where definitions take long to parse; topics share them, long ones are left out."""
+    texts = {each.text for each in definitions.values() if each.encoding in _OF_ROS}
+    lines = sum(min(text.count(b"\n"), MOST_LINES) for text in texts)
+    if lines > MOST_LINES_OF_BAG:
+        raise LogError(
+            f"{bag.path}: defines messages in {lines} lines, where {MOST_LINES_OF_BAG} are allowed; copy the "
+            "topic of the IMU into a bag of its own"
+        )
+
+
 def _of_topic(bag: Bag, topic: str, definition: Definition, *, by_names: bool) -> dict[str, _Imu]:
     """Finds the IMUs in the fields of a topic's messages; none where they are unknown."""
     from tumble.logs.message_types import protobuf_form, ros_form
 
     decoders: Mapping[str, ImuDecoder] = {}
     try:
-        if definition.encoding in ("cdr", "ros1"):
+        if definition.encoding in _OF_ROS:
             form, embedded = ros_form(definition)
             decoders = (
                 imus_by_names(form, definition.type)
