@@ -21,10 +21,12 @@ import pyarrow as pa
 import pyarrow.ipc
 import pyarrow.parquet as pq
 import pytest
+import scipy.io
 from google.protobuf import descriptor_pb2
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import storage_mcap
 
+from bag_fixtures import write_ros2
 from hostile import read_or_refuse
 from hostile_places import patient
 from log_fixtures import made_up, read, write_text
@@ -393,3 +395,37 @@ def test_a_descriptor_that_holds_itself_names_no_more_than_it_has(tmp_path):
     schema = ("demo.Imu", "protobuf", files.SerializeToString())
     path = write_messages(tmp_path / "log.mcap", "protobuf", [(1, b"")], schema)
     assert "no topic holds sensor_msgs/Imu" in refused(path)
+
+
+def test_a_file_that_a_bag_names_twice_is_refused(tmp_path):
+    path = write_ros2(tmp_path / "bag", {"/imu": made_up(100)})
+    (file,) = path.glob("*.db3")
+    metadata = path / "metadata.yaml"
+    listed = f"- {file.name}"
+    assert listed in metadata.read_text()
+    for other in (file.name, f"elsewhere/{file.name}"):
+        text = metadata.read_text()
+        metadata.write_text(text.replace(listed, f"{listed}\n  - {other}", 1))
+        assert f"it names the file {file.name} twice" in refused(path)
+        metadata.write_text(text)
+
+
+@pytest.mark.parametrize("version", ["5", "4"])
+@pytest.mark.parametrize("name", ["acc", "gyro", "time"])
+def test_a_variable_of_matlab_that_stands_twice_is_refused(tmp_path, name, version):
+    chunk = made_up(100)
+    variables = {"time": chunk.time, "acc": chunk.accelerometer, "gyro": chunk.gyroscope}
+    path, other = tmp_path / "log.mat", tmp_path / "other.mat"
+    scipy.io.savemat(path, variables, format=version)
+    scipy.io.savemat(other, {name: variables[name] * 1.001}, format=version)
+    head = len(HEAD) if version == "5" else 0
+    path.write_bytes(path.read_bytes() + other.read_bytes()[head:])
+    assert "twice; keep one of them, or rename it" in refused(path)
+
+
+def test_two_arrays_that_are_one_column_are_refused(tmp_path):
+    chunk = made_up(100)
+    path = tmp_path / "log.npz"
+    own = {"time": chunk.time, "acc": chunk.accelerometer, "gyro": chunk.gyroscope}
+    np.savez(path, **own, **{"acc.x": chunk.accelerometer[:, 0] * 2.0})
+    assert "'acc.x' twice" in refused(path)

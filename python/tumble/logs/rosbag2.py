@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import Any
 
 import apsw
 from rosbags.rosbag2 import Reader, reader, storage_mcap
@@ -56,10 +57,11 @@ class RosBag2(RosBag):
     def _reader(self) -> Reader:
         path = self._joined.path
         if is_folder(path):
-            # Bounds of nesting and size; the library has none.
-            parse(
-                read_text_whole(path / _METADATA, LARGEST_DOCUMENT, "list of a bag's files", error=LogError)
+            # Bounds of nesting, size and files; the library has none.
+            text = read_text_whole(
+                path / _METADATA, LARGEST_DOCUMENT, "list of a bag's files", error=LogError
             )
+            _refuse_file_twice(parse(text)[1])
         return Reader(path)
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
@@ -70,3 +72,13 @@ class RosBag2(RosBag):
                 if not isinstance(data, bytes):
                     raise TypeError(f"a message is {type(data).__name__}, no bytes")
                 yield BagMessage(connection.topic, log_time, data)
+
+
+def _refuse_file_twice(content: Any) -> None:  # noqa: ANN401 - YAML is anything, of which the library wants more
+    """Raises `ValueError` where a list of files names one twice: its messages would be read again."""
+    inside = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
+    listed = inside.get("relative_file_paths") if isinstance(inside, dict) else None
+    names = [PurePath(str(each)).name for each in listed] if isinstance(listed, list) else []
+    if len(set(names)) < len(names):
+        name = next(each for number, each in enumerate(names) if each in names[:number])
+        raise ValueError(f"it names the file {name} twice")

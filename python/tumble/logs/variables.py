@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import quoted
 from tumble.logs.ahead import ahead
 from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
@@ -189,7 +190,12 @@ def _places(file: VariablesFile) -> dict[str, _Place]:
     if not usable:
         raise LogError(f"{file.path}: not a log: holds no array of numbers with one or two axes")
     common = _common_group([each.name for each in usable])
-    named = {label: place for each in usable for label, place in _columns_of(each, each.name[len(common) :])}
+    named: dict[str, _Place] = {}
+    for each in usable:
+        for label, place in _columns_of(each, each.name[len(common) :]):
+            if label in named:
+                raise LogError(f"{file.path}: holds {quoted(label)} twice; keep one of them, or rename it")
+            named[label] = place
     if any(_is_of_triad(label) for label in named):
         return named
     tables = [
