@@ -213,3 +213,12 @@ except KeyboardInterrupt:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "1001", "1000000000", "9" * 20, "9" * 5000, "x", ""])
+@pytest.mark.parametrize("words", [("noise", "--help"), ("formats",)])
+def test_a_stated_width_of_any_size_is_drawn_in_bounds(monkeypatch, columns, words):
+    monkeypatch.setenv("COLUMNS", columns)
+    done = typed(*words)
+    assert done.code == 0, done.err
+    assert max(map(len, done.out.splitlines()), default=0) <= 1000

@@ -344,7 +344,7 @@ DEFINITIONS = {
     "many fields": types_in("\n".join(f"float64 f{number}" for number in range(20_000))),
     "many lines": types_in("# a remark\n" * 500_000),
 }
-"""Definitions of a few bytes that stand for any number of values, and long ones that say little."""
+"""Definitions of a few bytes that stand for any number of values, and long ones of few values."""
 
 
 @pytest.mark.parametrize("encoding", ["ros1", "cdr"])

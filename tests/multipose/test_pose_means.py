@@ -8,6 +8,7 @@ import pytest
 import tumble
 from repetitions import repetitions
 from tumble.foundation.errors import TumbleError
+from tumble.procedures.multipose.pose_means import MOST_ROWS
 
 OWN = [0, 3, 4, 6, 7, 8, 9, 10, 11]
 POSES = 24
@@ -51,3 +52,11 @@ def test_log_whose_rows_point_elsewhere_gets_the_option(tmp_path):
     path = written(tmp_path / "means.csv", np.random.default_rng(3))
     with pytest.raises(TumbleError, match="give --pose-means"):
         tumble.multipose(path, read=tumble.ReadOptions(rate=1.0, accelerometer_unit="m/s^2"))
+
+
+def test_a_recording_given_as_means_of_poses_is_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = np.random.default_rng(3).normal([0.0, 0.0, 9.8], 0.02, (MOST_ROWS + 1, 3))
+    np.savetxt(path, rows, header="ax,ay,az", delimiter=",", comments="")
+    with pytest.raises(TumbleError, match="leave it out for a recording"):
+        tumble.multipose(path, pose_means=True, read=SI)

@@ -43,13 +43,14 @@ def _run() -> int:
     from tumble.cli.debug_output import without_debug
     from tumble.cli.errors import print_notice, tell_error
     from tumble.cli.library_chatter import without_library_chatter
-    from tumble.cli.standard_output import checked_output, lasting_error, open_closed_streams
+    from tumble.cli.standard_output import bound_width, checked_output, lasting_error, open_closed_streams
     from tumble.foundation.errors import ReaderGoneError, TumbleError
     from tumble.foundation.file_status import working_folder
     from tumble.foundation.files import files_of_command
     from tumble.foundation.translation import ENGLISH, language_of_environment, speak, speaking
 
     open_closed_streams()
+    bound_width()
     words, is_debugged = without_debug(sys.argv[1:])
     command = command_line_for(words)
     heed_control_c_between_steps()

@@ -17,8 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import OutputError, ReaderGoneError
+from tumble.foundation.numbers import whole_number
 from tumble.foundation.secrets import without_secrets
 from tumble.foundation.words import ESCAPED, printable
+
+_WIDEST = 1000
+"""Columns of the widest terminal."""
 
 
 class _Checked:
@@ -85,6 +89,15 @@ def _discard(stream: Any, of_process: Any) -> None:  # noqa: ANN401 - whatever s
     """Has a stream of the process lead nowhere: the interpreter must not retry the rest when it ends."""
     if of_process is not None and stream is of_process:
         os.dup2(os.open(os.devnull, os.O_WRONLY), of_process.fileno())
+
+
+def bound_width() -> None:
+    """Bounds the width that COLUMNS states, by which libraries draw lines of any length."""
+    width = whole_number(os.environ.get("COLUMNS", ""))
+    if width is None:
+        os.environ.pop("COLUMNS", None)
+    elif width > _WIDEST:
+        os.environ["COLUMNS"] = str(_WIDEST)
 
 
 def open_closed_streams() -> None:

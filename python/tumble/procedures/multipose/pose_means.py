@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble import _core
+from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.logs import ReadOptions
 from tumble.procedures.multipose.sections import REST, Section
@@ -21,6 +22,8 @@ ROUGH = 0.1
 """m/s^2 of noise of a mean with which the fit starts: so large that no pose stands out."""
 ROUNDS = 3
 """Fits after the first, by which the noise settles."""
+MOST_ROWS = 2000
+"""Rows of a table of means: whoever holds poses by hand has tens, a robot hundreds; a recording has more."""
 APART = math.radians(5.0)
 """rad, between neighbouring rows of half of a table of means: a log does not turn so far at each sample."""
 
@@ -32,10 +35,19 @@ def without_time(read: ReadOptions | None) -> ReadOptions:
 
 
 def held(recording: Recording) -> tuple[Recording, tuple[Section, ...]]:
-    """Returns a recording in which each row of a table stands still for a while, and those rests."""
+    """Returns a recording in which each row of a table stands still for a while, and those rests.
+
+    Raises `ProcedureError` where there are more rows than anybody holds poses.
+    """
     forces = np.concatenate([chunk.accelerometer for chunk in recording.chunks()])
     # Reading has counted rows without a number, and refused a log of many.
     forces = forces[np.isfinite(forces).all(axis=1)]
+    if len(forces) > MOST_ROWS:
+        raise ProcedureError(
+            f"--pose-means: {len(forces)} rows, where a table of means has up to {MOST_ROWS}; leave it "
+            "out for a recording",
+            about=recording.name,
+        )
     repeated = np.repeat(forces, SAMPLES, axis=0)
     time = np.arange(len(repeated)) / RATE
     chunk = Chunk(time, repeated, np.full_like(repeated, np.nan))
