@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyvisa.rname import _SUBCLASSES
 
 from table_fixtures import served
 from tumble.foundation import clock
@@ -308,7 +309,7 @@ def test_a_mistake_in_a_profile_is_one_line(tmp_path, change, problem):
         ("text:TCPIP::x::1::SOCKET", "in which words"),
         ("text:TCPIP::x::1::SOCKET?profile=nobodys", "no such profile"),
         ("text:TCPIP::127.0.0.1::1::SOCKET?profile=scpi", "line was lost"),
-        ("text:NONSENSE?profile=scpi", "cannot be opened"),
+        ("text:NONSENSE?profile=scpi", "in which words"),
         ("text:ASRL/dev/no-such-line::INSTR?profile=aerosmith-1270vs", "cannot be opened"),
     ],
 )
@@ -317,3 +318,18 @@ def test_an_address_of_no_table_is_one_line(address, problem):
     assert done.code == 2
     assert problem in one_line(done.err.splitlines(keepends=True)[-1])
     assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("kind", sorted(set(_SUBCLASSES) - {("TCPIP", "SOCKET"), ("ASRL", "INSTR")}))
+def test_lines_that_are_no_plain_text_are_refused(kind):
+    for parts in ("", "::x", "::127.0.0.1::hislip0,4880", "::0x1::0x2::x"):
+        with pytest.raises(TableError, match="in which words"):
+            open_table(f"text:{kind[0]}0{parts}::{kind[1]}?profile=scpi")
+
+
+@pytest.mark.parametrize(
+    "place", ["ASRLspy://x::INSTR", "ASRLhwgrep://.*::INSTR", "TCPIP::x::SOCKET", "ASRL::INSTR"]
+)
+def test_a_place_that_is_no_port_is_refused_before_it_is_opened(place):
+    with pytest.raises(TableError, match="in which words"):
+        open_table(f"text:{place}?profile=scpi")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -24,6 +25,11 @@ MOST_STALE = 4
 """Answers to earlier questions that may come before that to a stop."""
 LONGEST_REPLY = 4096
 """Bytes."""
+_PLACE = re.compile(
+    r"TCPIP\d*::(?:[^:\s]+|\[[0-9a-f:.%]+\])::\d+::SOCKET|ASRL(?!::)(?:(?!://)\S)+?(?:::INSTR)?",
+    re.IGNORECASE,
+)
+"""Addresses of PyVISA that are plain lines of text; over its others a read may last for ever."""
 _CHECK_LINE = "check the rate of the line, its end of a reply in the profile, and the address"
 UNTRIED = "this profile is untested on hardware: begin slowly, a hand on the emergency stop"
 
@@ -37,7 +43,7 @@ def open_text(address: TableAddress) -> TextRateTable:
     """
     address.refuse_other_settings("profile")
     name = address.settings.get("profile")
-    if not address.place or not name:
+    if not _PLACE.fullmatch(address.place) or not name:
         raise TableError(
             f"{address.text}: say where and in which words: text:TCPIP::HOST::PORT::SOCKET?profile=NAME, or "
             "text:ASRL/dev/ttyUSB0::INSTR?profile=NAME; see tumble table list"
