@@ -10,8 +10,18 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from sqlalchemy import Connection, Engine, bindparam, create_engine, event, inspect, text
+from sqlalchemy import (
+    Connection,
+    Engine,
+    ExceptionContext,
+    bindparam,
+    create_engine,
+    event,
+    inspect,
+    text,
+)
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
@@ -24,6 +34,8 @@ PATIENCE = 30.0
 """s to wait while another program writes."""
 _CONNECTING = 10
 """s to wait for a server."""
+_ANSWERING = 4.0 * PATIENCE
+"""s to wait for the whole answer to a statement."""
 _LOCK = 0x74756D626C65
 """Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
 _DAMAGED = ("not a database", "malformed", "corrupt", "can't decode")
@@ -79,7 +91,7 @@ class Database:
     @contextmanager
     def _transaction(self, *, writes: bool) -> Iterator[Connection]:
         try:
-            with self._engine.connect() as opened:
+            with self._opened() as opened:
                 connection = opened.execution_options(writes=writes)
                 if not self.is_sqlite and not writes:
                     connection = connection.execution_options(
@@ -92,6 +104,15 @@ class Database:
         except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError) as error:
             # SQLite repeats bytes of a damaged schema in messages that its driver cannot decode.
             raise self._in_one_line(error) from None
+
+    def _opened(self) -> Connection:
+        """Open a connection; SQLAlchemy then asks a server for its version, and relies on the answer."""
+        try:
+            return self._engine.connect()
+        except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError, TumbleError):
+            raise
+        except Exception as error:
+            raise _no_answer(self.address, error) from error
 
     def version(self, connection: Connection) -> str | None:
         """Return the version of the tables; None where there are none."""
@@ -200,4 +221,35 @@ def _server(address: RegistryAddress, patience: float) -> Engine:
     settings = f"-c lock_timeout={int(1000 * patience)} -c default_transaction_isolation=read\\ committed"
     options = {"connect_timeout": _CONNECTING, "options": settings, "application_name": "tumble"}
     stated = {name: value for name, value in options.items() if name not in address.url.query}
-    return create_engine(address.url, connect_args=stated, poolclass=NullPool, hide_parameters=True)
+    engine = create_engine(address.url, connect_args=stated, poolclass=NullPool, hide_parameters=True)
+
+    @event.listens_for(engine, "do_connect")
+    def connect(_dialect: object, _record: object, places: Any, stated: Any) -> object:  # noqa: ANN401
+        return _limited_connection().connect(*places, **stated)
+
+    @event.listens_for(engine, "handle_error")
+    def explain(context: ExceptionContext) -> None:
+        # A driver that cannot read a value raises an error of Python itself.
+        if isinstance(error := context.original_exception, ValueError):
+            raise _no_answer(address, error) from error
+
+    return engine
+
+
+def _no_answer(address: RegistryAddress, error: BaseException) -> RegistryError:
+    why = address.without_secrets(str(error))[:200]
+    return RegistryError(
+        f"the server sent what is no answer: {why}; check the address and the server", about=str(address)
+    )
+
+
+def _limited_connection() -> Any:  # noqa: ANN401 - psycopg is imported where it is needed
+    from psycopg import Connection as Line
+
+    class LimitedConnection(Line[Any]):
+        """A connection on which an answer comes in time, or is an error."""
+
+        def wait(self, gen: Any, interval: float = 0.1, timeout: float | None = None) -> Any:  # noqa: ANN401
+            return super().wait(gen, interval, _ANSWERING if timeout is None else timeout)
+
+    return LimitedConnection
