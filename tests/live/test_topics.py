@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ import zenoh_publisher
 from ports import free_port
 from tumble.foundation.errors import LogError
 from tumble.live import foxglove, open_source
+from tumble.live.address import Address
 from tumble.live.rate_watch import RateWatch
 from tumble.live.ros2_zenoh import ZenohSender, sender_of
 from tumble.logs.options import ReadOptions
@@ -222,3 +224,10 @@ def test_what_is_no_advertisement_or_message_is_passed_over():
     assert [foxglove._json(text) for text in ("", "[1]", "{", "[" * 100_000)] == [{}] * 4
     assert [foxglove._payload(message) for message in (b"", b"\1" * 12, b"\2" * 20)] == [None] * 3
     assert foxglove._payload(b"\1\5\0\0\0" + bytes(8) + b"data") == (5, b"data")
+
+
+def test_a_server_that_advertises_without_end_is_one_line():
+    stated = {"id": 3, "topic": "/imu", "encoding": "cdr", "schemaName": "sensor_msgs/msg/Imu", "schema": ""}
+    text = json.dumps({"op": "advertise", "channels": [stated] * 1000})
+    with pytest.raises(LogError, match="more than 4096 topics"):
+        list(foxglove._advertised(SimpleNamespace(recv=lambda _: text), Address("x", "foxglove", "x:1")))

@@ -38,6 +38,8 @@ ADVERTISED_WITHIN: Final = 2.0
 """s for which a server may take until it advertises a topic."""
 LARGEST_MESSAGE: Final = 1 << 24
 """Bytes of a message beyond which a server is not listened to."""
+MOST_TOPICS: Final = 4096
+"""Topics that a server advertises, beyond which it is not listened to."""
 _DATA: Final = struct.Struct("<BIQ")
 """Opcode, subscription and receive time, ns, before the payload."""
 _OPCODE: Final = 1
@@ -175,13 +177,22 @@ def _connected(address: Address) -> Iterator[ClientConnection]:
 
 
 def _advertised(connection: ClientConnection, address: Address) -> Iterator[_Channel]:
-    """Returns channels as they are advertised, for `ADVERTISED_WITHIN` s."""
-    until = clock.now() + ADVERTISED_WITHIN
+    """Returns channels as they are advertised, for `ADVERTISED_WITHIN` s.
+
+    Raises `LogError` where there are more than `MOST_TOPICS`, or the line is lost.
+    """
+    until, count = clock.now() + ADVERTISED_WITHIN, 0
     while (left := until - clock.now()) > 0.0:
         for message in _messages(connection, left, address):
             content = _json(message) if isinstance(message, str) else {}
             channels = content.get("channels")
             if content.get("op") == "advertise" and isinstance(channels, list):
+                count += len(channels)
+                if count > MOST_TOPICS:
+                    raise LogError(
+                        f"{address.text}: the server advertises more than {MOST_TOPICS} topics; have it send "
+                        "fewer"
+                    )
                 yield from filter(None, map(_channel, channels))
 
 
