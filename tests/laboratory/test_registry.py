@@ -247,3 +247,12 @@ def test_documents_go_where_a_url_leads(tmp_path):
     assert registry.document(shown.calibration["document"]).startswith(b"# Calibration")
     assert registry.verify().documents == 2
     assert registry.verify().intact
+
+
+@pytest.mark.parametrize(
+    "stated", [{"documents": "zip://a"}, {"documents": "nonsense://a"}, {"laboratory": "x" * 5000}]
+)
+def test_a_registry_that_cannot_be_made_leaves_no_file(tmp_path, stated):
+    with pytest.raises(TumbleError):
+        Registry.create(tmp_path / "lab.db", **stated)
+    assert not list(tmp_path.iterdir())

@@ -175,8 +175,11 @@ class Registry:
         database = Database(place)
         if place.path is None and not documents:
             documents = cls._documents_of(database)
+        laboratory = name_of(laboratory, "laboratory")
         if place.path is not None:
             documents = documents or documents_beside(place.path).name
+            # Nothing is made whose documents have no place.
+            _documents(documents, place.path)
             make_file(place.path)
         elif "://" not in documents:
             documents = str(expanded(documents).absolute())
@@ -186,7 +189,7 @@ class Registry:
                 return cls(address)
             row: dict[str, Value] = {
                 "identifier": str(uuid.uuid4()),
-                "laboratory": name_of(laboratory, "laboratory"),
+                "laboratory": laboratory,
                 "documents": documents,
             }
             _append(connection, {"registry": [row]}, "registry made", who)
