@@ -129,6 +129,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_campaign --aiding --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
 	$(BIN)/python -m benchmarks.flights.campaign
+	$(BIN)/python -m benchmarks.flights.compared
 	$(BIN)/python -m benchmarks.redundancy_rests
 	$(BIN)/python -m benchmarks.live --seconds 600 --hours 24
 	$(BIN)/python -m benchmarks.fleet sessions

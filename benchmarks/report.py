@@ -18,6 +18,8 @@ from benchmarks.c_library import rows as c_library_rows
 from benchmarks.digits import three_digits, two_digits
 from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
 from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
+from benchmarks.flights.compared import MONITORS
+from benchmarks.flights.compared import cells as compared_cells
 from benchmarks.footprint import FLASH_GOALS, MEMORY_GOALS, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
@@ -1069,6 +1071,26 @@ def flight_campaign(content: Content) -> Iterator[str]:
     )
 
 
+def compared(content: Content) -> Iterator[str]:
+    """Table of named units, today and by the model, in the same missions."""
+    columns = [f"{name}: {column}" for name in MONITORS for column in ("right, 95 %", *OUTCOMES[1:], "after")]
+    for title, of in content["sets"].items():
+        yield _row([f"fault; {title}", "missions", *columns])
+        yield f"|---|---|{'---|' * len(columns)}"
+        for kind, each in of["kinds"].items():
+            if kind != "none":
+                yield _row([kind, str(each["missions"]), *compared_cells(each)])
+        yield ""
+    yield "| in health | monitor | hours | units named | in missions |"
+    yield "|---|---|---|---|---|"
+    for title, of in content["sets"].items():
+        for name, health in of["health"].items():
+            counts = (str(health[each]) for each in ("named", "in missions"))
+            yield _row([title, name, f"{health['hours']:.1f}", *counts])
+    yield ""
+    yield f"{content['missions']} missions, seeds from {content['seed']} on; s to the name, median (95 %)."
+
+
 def flight_clocks(content: Content) -> Iterator[str]:
     """Table of what was reported of a unit whose clock drifts."""
     outcomes = list(dict.fromkeys(name for of in content["spans"].values() for name in of["outcomes"]))
@@ -1307,6 +1329,8 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy_campaign_aiding": redundancy_campaign,
     "redundancy_recorded": redundancy_recorded,
     "flight_campaign": flight_campaign,
+    "compared_sets": compared,
+    "compared_flights": compared,
     "flight_clocks": flight_clocks,
     "flight_logs": flight_logs,
     "speed": speed,

@@ -66,6 +66,8 @@ SUBJECTS = (
             "redundancy_campaign_aiding",
             "redundancy_recorded",
             "flight_campaign",
+            "compared_sets",
+            "compared_flights",
             "flight_clocks",
             "flight_logs",
         ),

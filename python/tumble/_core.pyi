@@ -1020,11 +1020,12 @@ class SetMonitor:
         times: Sequence[FloatArray],
         specific_forces: Sequence[FloatArray],
         angular_rates: Sequence[FloatArray],
+        arrivals: Sequence[FloatArray] | None = None,
     ) -> list[tuple[float, int, str, dict[str, float | int | str | bool | list[int]]]]:
-        """Push all samples in order of their stamps: events, with time s, unit or -1, name, figures.
+        """Push all samples in order of arrival (n,) s, or of their stamps: events.
 
-        Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, in the axes of
-        the primary.
+        Each has time s, unit or -1, name, figures. Times (n,) s, specific forces (n, 3) m/s^2 and angular
+        rates (n, 3) rad/s of each unit, in the axes of the primary.
         """
     def set_errors(self, unit: int, rate: Sequence[float], force: Sequence[float]) -> None:
         """State what is known of a secondary: rows of both triangles with right sides, 22 and 135 numbers."""

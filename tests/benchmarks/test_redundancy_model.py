@@ -210,8 +210,12 @@ def test_runs_of_a_batch_are_those_flown_alone(three):
 
 
 def reported(events):
-    """Events in the precision in which both report them."""
-    return [(round(time, 3), unit, name, figures) for time, unit, name, figures in events]
+    """Events in the precision in which both report them, with the figures that both have."""
+    both = ("reason", "other")
+    return [
+        (round(time, 3), unit, name, {key: each for key, each in figures.items() if key in both})
+        for time, unit, name, figures in events
+    ]
 
 
 @pytest.mark.parametrize("find_delays", [True, False])

@@ -36,6 +36,7 @@ def flown_by_core(
         [np.ascontiguousarray(each.time) for each in samples],
         [np.ascontiguousarray(each.specific_force) for each in samples],
         [np.ascontiguousarray(each.angular_rate) for each in samples],
+        [np.ascontiguousarray(each.arrival) for each in samples],
     )
     known = [monitor.errors(unit) for unit in range(1, len(samples))]
     found = [(float(time), unit, name, dict(figures)) for time, unit, name, figures in events]

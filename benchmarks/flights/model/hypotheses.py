@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flights.model.means import SCALES, LeakyMeans
-from benchmarks.flights.model.window import BLOCK, Windows
+from benchmarks.flights.model.test import FLOOR
+from benchmarks.flights.model.window import BLOCK, Windows, late_after
 from tumble.foundation.recording import FloatArray
 
 CLEAR = 0.7
@@ -17,17 +18,16 @@ CLEARER = 0.5
 """Share of that of the next best unit that the ratio must be within."""
 STEADY = 0.3
 """Cosine of the deviation with that of the window before."""
-LATE = 0.1
-"""s of silence."""
-LATE_INTERVALS = 3.0
-"""Sample intervals of silence, where these are longer."""
 REPEATS = 12
 """Equal readings in succession, beside a unit that changes."""
 REPEATS_OVER_USUAL = 3
 """The same over the most that was seen in health: a coarse resolution repeats itself."""
+MOVED = 2.0
+"""Steps of its resolution by which the set moves until an axis has to change."""
 NOISY_OVER_USUAL, NOISY_OVER_OTHERS = 6.0, 4.0
 """Own scatter over its usual, and over what the others show of theirs; root mean squares."""
-NOISY_WINDOWS = 4
+NOISY_WINDOWS = (4, 20)
+"""Windows in motion and at rest: motion that begins shakes the unit with the widest filter first."""
 LEAST_SCATTER = (0.02, 0.002)
 """m/s^2 and rad/s: usual scatter of a sample is no less."""
 USUAL_SECONDS = 10.0
@@ -76,23 +76,33 @@ class Own:
     def __init__(self, windows: Sequence[Windows]) -> None:
         """Takes the windows of all runs."""
         self.silence = np.stack([each.silence for each in windows], axis=1)
-        self.repeated = np.stack([each.repeated for each in windows], axis=1)
+        repeated = np.stack([each.repeated for each in windows], axis=1)
+        # Each channel, then all at one time.
+        self.repeated = np.concatenate([repeated, repeated.min(axis=-1, keepdims=True)], axis=-1)
+        self.began = np.zeros(repeated.shape[1:])
+        self.moved = np.zeros(repeated.shape[1:])
         self.whole = np.stack([each.is_whole for each in windows], axis=1)
         self.scatter = np.stack([each.scatter for each in windows], axis=1)
         interval = np.stack([each.interval for each in windows])
-        self.late_after = np.maximum(LATE, LATE_INTERVALS * interval)
+        self.resolution = np.stack([each.resolution for each in windows], axis=1)
+        self.late_after = late_after(interval)
         self.kinds = np.zeros((2, *self.scatter.shape[1:]))
         self.usual = self.kinds[0]
+        self.is_learnt = self.usual > 0.0
+        self.at_rest = np.zeros((self.scatter.shape[1], 1, 1), dtype=bool)
         self.most_repeated = np.zeros(self.repeated.shape[1:])
         self.noisy = np.zeros(self.scatter.shape[1:], dtype=int)
         self.longest = np.zeros((2, *self.repeated.shape[1:]))
         self.means = LeakyMeans(self.whole.shape[1:], 2)
 
-    def take(self, step: int) -> None:
-        """Takes a window; one that no unit has is a pause of the platform, and no loss."""
+    def take(self, step: int, motion: FloatArray) -> None:
+        """Takes a window, in which the set moved by (b, 18); one that no unit has is no loss."""
         some = np.broadcast_to(self.whole[step].any(axis=1, keepdims=True), self.whole[step].shape)
         self.means.take(self.scatter[step], self.whole[step], some)
         self.longest[0] = np.maximum(self.longest[0], self.repeated[step])
+        readings = np.broadcast_to(motion[:, None, :6], self.began.shape)
+        self.began = np.where(self.repeated[step][..., :6] == 0, readings, self.began)
+        self.moved = np.abs(readings - self.began)
 
     def reasons(self, step: int, active: NDArray[np.bool_]) -> dict[str, NDArray[np.bool_]]:
         """Returns the units (b, n) that are at fault by each reason."""
@@ -110,25 +120,27 @@ class Own:
         repeats = self.repeated[step]
         limit = np.maximum(REPEATS, REPEATS_OVER_USUAL * self.most_repeated)
         same = repeats >= limit
-        moves = (repeats < REPEATS / 2) & (self.silence[step] < self.late_after)[..., None]
-        others = moves.sum(axis=1, keepdims=True) - moves
-        return np.asarray(np.any(same & (others > 0), axis=-1))
+        moves = (repeats[..., :6] < REPEATS / 2) & (self.silence[step] < self.late_after)[..., None]
+        others = moves.sum(axis=1, keepdims=True) - moves > 0
+        # Two units have one motion, of which a frozen one takes half away.
+        share = 0.5 if same.shape[1] == 2 else 1.0
+        least = np.maximum(MOVED * self.resolution[step], FLOOR)
+        has_to_change = self.moved > share * np.repeat(least, 3, axis=-1)
+        stuck = np.any(same[..., :6] & has_to_change & others, axis=-1)
+        return np.asarray(stuck | (same[..., 6] & others.any(axis=-1)))
 
     def _noisy(self, step: int, active: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        ratio = np.sqrt(self._over_usual(self.scatter[step]))
-        ratio = np.where(self.whole[step][..., None], ratio, 0.0)
+        # Units whose filters differ do not feel one vibration alike: before its own is learnt, none is noisy.
+        learnt = np.where(self.is_learnt, self.usual, 0.0)
+        ratio = np.where(self.whole[step][..., None], np.sqrt(_over(self.scatter[step], learnt)), 0.0)
         shown = np.where(active[..., None], ratio, 0.0)
         others = np.stack(
             [np.delete(shown, unit, axis=1).max(axis=1) for unit in range(shown.shape[1])], axis=1
         )
         loud = (ratio > NOISY_OVER_USUAL) & (ratio > NOISY_OVER_OTHERS * np.maximum(others, 1.0))
         self.noisy = np.where(loud, self.noisy + 1, 0)
-        return np.asarray(np.any(self.noisy >= NOISY_WINDOWS, axis=-1))
-
-    def _over_usual(self, scatter: FloatArray) -> FloatArray:
-        """Returns scatter (..., b, n, 2) over the usual one; 1 before anything is usual."""
-        usual = np.maximum(self.usual, np.array(LEAST_SCATTER) ** 2)
-        return np.asarray(np.where(self.usual > 0.0, scatter / usual, 1.0))
+        windows = np.where(self.at_rest, NOISY_WINDOWS[1], NOISY_WINDOWS[0])
+        return np.asarray(np.any(self.noisy >= windows, axis=-1))
 
     def _lossy(self, step: int) -> NDArray[np.bool_]:
         if step + 1 < 2 * LOSSY_WINDOWS:
@@ -136,29 +148,46 @@ class Own:
         return np.asarray(self.means.weight[SCALES.index(LOSSY_WINDOWS)] < LOSSY)
 
     def ratio(self) -> FloatArray:
-        """Returns the scatter of samples over each scale, over its usual (s, b, n, 2)."""
-        return self._over_usual(self.means.mean())
+        """Returns the scatter of samples over each scale, over its usual in motion (s, b, n, 2).
+
+        Before any motion it is that at rest.
+        """
+        motion, still = self.kinds
+        return _over(self.means.mean(), np.where(motion > 0.0, motion, still))
 
     def set_state(self, rest: NDArray[np.bool_]) -> None:
         """Compares with the usual scatter at rest or in motion, of runs (b,), or with the known one."""
         motion, still = self.kinds
-        at_rest = rest[:, None, None]
-        wanted = np.where(at_rest, still, motion)
-        self.usual = np.where(wanted > 0.0, wanted, motion + still)
+        self.at_rest = rest[:, None, None]
+        wanted = np.where(self.at_rest, still, motion)
+        self.is_learnt = wanted > 0.0
+        self.usual = np.where(self.is_learnt, wanted, motion + still)
 
-    def learn(self, seconds: float, chosen: NDArray[np.bool_], rest: NDArray[np.bool_]) -> None:
-        """Learns the usual scatter, of chosen units (b, n), at rest or not (b,)."""
-        for kind, those in enumerate((~rest, rest)):
+    def learn(
+        self,
+        seconds: float,
+        chosen: NDArray[np.bool_],
+        motion: NDArray[np.bool_],
+        rest: NDArray[np.bool_],
+    ) -> None:
+        """Learns the usual scatter, of chosen units (b, n), in motion (b,) or at rest (b,)."""
+        for kind, those in enumerate((motion, rest)):
             self._learn(kind, seconds, chosen & those[:, None])
+        most = np.maximum(self.most_repeated, self.longest[1])
+        self.most_repeated = np.where(chosen[..., None], most, self.most_repeated)
 
     def _learn(self, kind: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
         some = (chosen & (self.means.weight[SCALES.index(BLOCK)] > 0.0))[..., None]
         usual = self.kinds[kind]
         share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
         usual += np.where(some, share * (self.means.mean()[SCALES.index(BLOCK)] - usual), 0.0)
-        most = np.maximum(self.most_repeated, self.longest[1])
-        self.most_repeated = np.where(some, most, self.most_repeated)
 
     def end_block(self) -> None:
         """Begins the next block."""
         self.longest = np.stack([np.zeros_like(self.longest[0]), self.longest[0]])
+
+
+def _over(scatter: FloatArray, usual: FloatArray) -> FloatArray:
+    """Returns scatter (..., b, n, 2) over the usual one (b, n, 2); 1 before anything is usual."""
+    least = np.maximum(usual, np.array(LEAST_SCATTER) ** 2)
+    return np.asarray(np.where(usual > 0.0, scatter / least, 1.0))

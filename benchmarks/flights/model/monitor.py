@@ -67,6 +67,8 @@ class _Block:
     """(b, n) the delay of the clock was known throughout."""
     rest: NDArray[np.bool_]
     """(b,) the set was at rest throughout."""
+    motion: NDArray[np.bool_]
+    """(b,) it was at no time known to be."""
 
 
 class Monitor:
@@ -103,6 +105,7 @@ class Monitor:
         self.aliased = Aliased(self.runs, self.units)
         self.errors = self.stored = errors
         self.learnt = np.zeros(self.runs, dtype=bool)
+        self.moved = np.zeros(self.runs, dtype=bool)
         self.limits = Limits(pairs, self.units, self.runs)
         self.beyond = np.zeros((self.runs, self.units), dtype=bool)
         self.agreed_since = np.zeros((self.runs, self.units))
@@ -139,6 +142,7 @@ class Monitor:
             np.ones((self.runs, self.units), dtype=bool),
             np.ones((self.runs, self.units), dtype=bool),
             np.ones(self.runs, dtype=bool),
+            np.ones(self.runs, dtype=bool),
         )
 
     def _step(self, step: int) -> None:
@@ -146,7 +150,7 @@ class Monitor:
         began = float(self.time[0])
         reading, whole, motion = self.reading[step], self.whole[step], self.motion[step]
         self.rests.take(reading, whole, self.repeated[step])
-        self.own.take(step)
+        self.own.take(step, motion)
         self.own.set_state(self.rests.is_rest)
         self._look_at_own(step, now, began)
         active = self._active(now)
@@ -172,6 +176,7 @@ class Monitor:
         self.begun.active &= active | self.beyond
         self.begun.timed &= self.delayed[step] < clock.SIGNIFICANT
         self.begun.rest &= self.rests.is_rest
+        self.begun.motion &= ~self.rests.is_rest
         self._gather(step, active)
         if (step + 1) % BLOCK == 0:
             self._commit(step + 1)
@@ -324,12 +329,19 @@ class Monitor:
             before = self.errors
             self.errors = before.walked(seconds).informed(block.information, timed.astype(float))
             self.test.means.move(before, self.errors)
+            # A rest is known a second after it began.
+            motion = block.motion & done.motion
+            first = motion & timed.any(axis=1) & ~self.moved
+            self.moved |= first
+            self.test.forget_noise(first)
+            # Noise of motion is none of a rest, which would let it fall.
             pairs = timed[:, self.test.first] & timed[:, self.test.second]
-            self.test.learn(block.noise, seconds, pairs)
-            self.own.learn(seconds, calm, block.rest)
+            self.test.learn(block.noise, seconds, pairs & (motion | ~self.moved)[:, None])
+            has_moved = self.own.kinds[0][..., 0] > 0.0
+            self.own.learn(seconds, calm, motion, block.rest)
             self.rests.learn(calm)
             self._hold_to_limits(end, timed, block.rest)
-            self.aliased.learn(seconds, calm)
+            self.aliased.learn(seconds, calm, motion, has_moved)
         self.own.end_block()
         self.waiting, self.begun = done, self._block()
 
@@ -358,7 +370,7 @@ def flown(
                 means[pair], sigmas[pair] = averaged(unit, time), np.zeros(len(time))
             else:
                 means[pair], sigmas[pair], _ = clock.synchronised(means[id(run[0]), id(run[0])], unit, time)
-    windows = [beside([means[id(run[0]), id(unit)] for unit in run], time) for run in runs]
+    windows = [beside([means[id(run[0]), id(unit)] for unit in run], time, run) for run in runs]
     delayed = np.stack(
         [np.column_stack([sigmas[id(run[0]), id(unit)] for unit in run]) for run in runs], axis=1
     )

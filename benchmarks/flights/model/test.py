@@ -180,6 +180,10 @@ class PairTest:
         rate = np.maximum(rate, 1.0 / self.blocks)
         self.noise += np.where(some, rate * (target - self.noise), 0.0)
 
+    def forget_noise(self, chosen: NDArray[np.bool_]) -> None:
+        """Begins to learn the noise anew, in runs (b,) that move for the first time."""
+        self.blocks[:, chosen] = FIRST_BLOCKS
+
     def taken(self) -> FloatArray:
         """Returns the sums of the block, and begins the next."""
         sums, self._sums = self._sums, np.zeros_like(self._sums)

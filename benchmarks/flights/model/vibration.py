@@ -51,9 +51,18 @@ class Aliased:
             found.append(np.where(usual > 0.0, over, 1.0))
         return np.asarray(np.min(found, axis=0))
 
-    def learn(self, seconds: float, chosen: NDArray[np.bool_]) -> None:
-        """Learns what is usual, of units that are chosen (b, n)."""
+    def learn(
+        self,
+        seconds: float,
+        chosen: NDArray[np.bool_],
+        motion: NDArray[np.bool_],
+        has_moved: NDArray[np.bool_],
+    ) -> None:
+        """Learns what is usual of units (b, n): in motion (b,), or before they have moved (b, n)."""
+        anew = chosen & motion[:, None] & ~has_moved
+        chosen = chosen & (motion[:, None] | ~has_moved)
         for means, usual in zip(self.means, self.usual, strict=True):
+            usual[anew] = 0.0
             share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
             usual += np.where(chosen[..., None], share * (means.mean()[0] - usual), 0.0)
 

@@ -22,12 +22,26 @@ LONGEST = 1.6
 """Sample interval over the usual one beyond which a window is dropped: a sample is missing."""
 COUNTED, COUNTS = 0.25, 2
 """s over which samples are counted, and how often, before the interval is known: the shortest is usual."""
+LATE = 0.1
+"""s of silence."""
+LATE_INTERVALS = 3.0
+"""Sample intervals of silence, where these are longer."""
+PAUSE = 0.5
+"""Share of the silence after which the quickest unit is late, from which on a gap of all is a pause."""
 MOST_REPEATED = 255
 """Equal readings in succession beyond which none are counted."""
 
 
 UnitWindows: TypeAlias = tuple[
-    FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.int64], FloatArray, float
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    NDArray[np.bool_],
+    NDArray[np.int64],
+    FloatArray,
+    FloatArray,
+    float,
 ]
 """Columns of one unit, in the order of `Windows`, and its sample interval."""
 
@@ -51,7 +65,10 @@ class Windows:
     repeated: NDArray[np.int64]
     """(t, n, 6) equal readings of an axis in succession, at the end of the window."""
     silence: FloatArray
-    """(t, n) s since the last sample, at the end of the window; negative before the first."""
+    """(t, n) s since the last sample, at the end of the window; negative before the first, and in a pause of
+    all units, behind which it counts from its end."""
+    resolution: FloatArray
+    """(t, n, 2) smallest change of a reading so far that is none of zero, m/s^2 and rad/s; 0 before."""
     interval: FloatArray
     """(n,) s from sample to sample, usually."""
 
@@ -67,13 +84,38 @@ def grid(units: Sequence[Samples]) -> FloatArray:
     return np.asarray(np.arange(np.ceil(round(first / HOP, 6)) + 1.0, np.floor(last / HOP)) * HOP)
 
 
-def beside(units: Sequence[UnitWindows], time: FloatArray) -> Windows:
-    """Puts the windows of units at times (t,) s beside one another."""
+def beside(
+    units: Sequence[UnitWindows], time: FloatArray, samples: Sequence[Samples] | None = None
+) -> Windows:
+    """Puts the windows of units at times (t,) s beside one another; samples show where all of them pause."""
     *columns, intervals = zip(*units, strict=True)
-    reading, change, product, scatter, whole, repeated, silence = (np.stack(each, axis=1) for each in columns)
-    return Windows(
-        time, reading, change, product, scatter, whole, repeated, silence, interval=np.array(intervals)
+    reading, change, product, scatter, whole, repeated, silence, resolution = (
+        np.stack(each, axis=1) for each in columns
     )
+    interval = np.array(intervals)
+    if samples is not None:
+        silence = _without_pauses(silence, time + HOP, samples, interval)
+    return Windows(
+        *(time, reading, change, product, scatter, whole, repeated, silence, resolution), interval=interval
+    )
+
+
+def late_after(interval: FloatArray) -> FloatArray:
+    """Returns the silence, s, after which units of sample intervals (n,) s are late."""
+    return np.maximum(LATE, LATE_INTERVALS * interval)
+
+
+def _without_pauses(
+    silence: FloatArray, end: FloatArray, samples: Sequence[Samples], interval: FloatArray
+) -> FloatArray:
+    """Counts silence (t, n) until times (t,) s from the end of the latest pause of all units."""
+    stamps = np.sort(np.concatenate([each.time for each in samples]))
+    gaps = np.diff(stamps) > PAUSE * late_after(interval).min()
+    begins, ends = stamps[:-1][gaps], stamps[1:][gaps]
+    latest = np.concatenate([[-np.inf], ends])[np.searchsorted(ends, end, side="right")]
+    paused = np.searchsorted(begins, end, side="left") > np.searchsorted(ends, end, side="left")
+    counted = np.where(silence >= 0.0, np.minimum(silence, (end - latest)[:, None]), silence)
+    return np.asarray(np.where(paused[:, None], -1.0, counted))
 
 
 def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
@@ -109,6 +151,7 @@ def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
         _is_whole(gaps | (np.arange(len(stamps)) < known), begin, end),
         np.minimum(_repeated(values)[last], MOST_REPEATED),
         silence,
+        _resolution(values)[last],
         interval,
     )
 
@@ -149,7 +192,17 @@ def _nothing(count: int) -> UnitWindows:
     """Returns the windows of a unit that never sent enough."""
     six = np.zeros((count, 6))
     none, never = np.zeros(count, dtype=bool), np.full(count, -1.0)
-    return six, six, six, np.zeros((count, 2)), none, np.zeros((count, 6), dtype=np.int64), never, 1.0
+    two = np.zeros((count, 2))
+    return six, six, six, two, none, np.zeros((count, 6), dtype=np.int64), never, two, 1.0
+
+
+def _resolution(values: FloatArray) -> FloatArray:
+    """Returns the smallest change of each sensor up to each sample that is none of zero (m, 2)."""
+    steps = np.abs(np.diff(values, axis=0, prepend=values[:1]))
+    steps = np.where(steps > 0.0, steps, np.inf)
+    least = np.column_stack([steps[:, :3].min(axis=1), steps[:, 3:].min(axis=1)])
+    least = np.minimum.accumulate(least, axis=0)
+    return np.asarray(np.where(np.isfinite(least), least, 0.0))
 
 
 def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,6 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::redundancy::model::monitor::{SetEvent, SetEventKind};
+use tumble_core::redundancy::model::test::PairFinding;
 use tumble_lab::redundancy::dyn_monitor::MOST_UNITS;
 use tumble_lab::redundancy::dyn_set::{DynSet, build, fly};
 use tumble_lab::setting::in_seconds;
@@ -40,13 +41,15 @@ impl PySetMonitor {
         Ok(Self { monitor, units })
     }
 
-    /// Pushes the samples of all units, in order of their stamps.
+    /// Pushes the samples of all units in the order of their arrivals, or of their stamps.
+    #[pyo3(signature = (times, specific_forces, angular_rates, arrivals=None))]
     fn replay<'py>(
         &mut self,
         py: Python<'py>,
         times: Vec<PyReadonlyArray1<'py, f64>>,
         specific_forces: Vec<PyReadonlyArray2<'py, f64>>,
         angular_rates: Vec<PyReadonlyArray2<'py, f64>>,
+        arrivals: Option<Vec<PyReadonlyArray1<'py, f64>>>,
     ) -> PyResult<Vec<Told<'py>>> {
         if [times.len(), specific_forces.len(), angular_rates.len()] != [self.units; 3] {
             let wanted = format!("arrays of {} units are wanted", self.units);
@@ -54,7 +57,14 @@ impl PySetMonitor {
         }
         let arrays = times.iter().zip(&specific_forces).zip(&angular_rates);
         let logs = arrays.map(|((time, force), rate)| unit_rows(time, force, rate, None));
-        let logs = logs.collect::<PyResult<Vec<_>>>()?;
+        let mut logs = logs.collect::<PyResult<Vec<_>>>()?;
+        for (log, arrival) in logs.iter_mut().zip(arrivals.iter().flatten()) {
+            let arrival = arrival.as_slice()?;
+            if arrival.len() != log.time.len() {
+                return Err(PyValueError::new_err("each sample arrives once"));
+            }
+            log.arrival = Some(arrival);
+        }
         let first = logs.iter().filter_map(|log| log.time.first()).copied();
         let origin = first.fold(f64::INFINITY, f64::min).floor() - BEFORE;
         let monitor = &mut self.monitor;
@@ -79,16 +89,30 @@ impl PySetMonitor {
     }
 }
 
-fn told<'py>(py: Python<'py>, event: &SetEvent, origin: f64) -> PyResult<Told<'py>> {
+fn told<'py>(py: Python<'py>, event: &SetEvent<f64>, origin: f64) -> PyResult<Told<'py>> {
     let figures = PyDict::new(py);
     match event.kind {
-        SetEventKind::Unhealthy { reason } => figures.set_item("reason", reason.name())?,
-        SetEventKind::Disagree { other } => figures.set_item("other", other)?,
+        SetEventKind::Unhealthy { reason, finding } => {
+            figures.set_item("reason", reason.name())?;
+            if let Some(finding) = finding {
+                tell(&figures, &finding)?;
+            }
+        }
+        SetEventKind::Disagree { other, finding } => {
+            figures.set_item("other", other)?;
+            tell(&figures, &finding)?;
+        }
         SetEventKind::Selected { why } => figures.set_item("reason", why.name())?,
         SetEventKind::Healthy | SetEventKind::Agree => {}
     }
     let unit = event.unit.map_or(-1, |unit| unit as i64);
     Ok((in_seconds(event.time) + origin, unit, event.kind.name(), figures))
+}
+
+fn tell(figures: &Bound<'_, PyDict>, finding: &PairFinding<f64>) -> PyResult<()> {
+    figures.set_item("sensor", finding.sensor.name())?;
+    figures.set_item("seconds", finding.seconds)?;
+    figures.set_item("ratio", finding.ratio)
 }
 
 /// Adds this part to the module.

@@ -48,6 +48,8 @@ where
     pub timed: UnitSet,
     /// The set was at rest throughout.
     pub is_rest: bool,
+    /// It was at no time known to be.
+    pub is_motion: bool,
 }
 
 /// The block that goes on, and the sums of its next mean.
@@ -74,6 +76,7 @@ where
             active: UnitSet::of::<UNITS>(|_| true),
             timed: UnitSet::of::<UNITS>(|_| true),
             is_rest: true,
+            is_motion: true,
         }
     }
 

@@ -11,25 +11,28 @@ use super::table::{
     AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, RETURNS, SYNCHRONISED,
     WAIT,
 };
-use super::test::{MotionMeans, PairComparison, PairTest, TestConditions, Timing};
+use super::test::{MotionMeans, PairComparison, PairFinding, PairTest, TestConditions, Timing};
 use super::vibration::{self, Vibration};
 use super::vote::{Named, Vote};
 use super::window::{UnitWindow, UnitWindows};
-use crate::real::{Real, real, whole_spans};
-use crate::redundancy::components::larger;
+use crate::real::{Real, real, seconds, whole_spans};
+use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::optional_time::OptionalTime;
+use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 use crate::sample::{CHANNELS, Sample};
 
 crate::vocabulary! {
     /// Kind of an event of a set.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum SetEventKind {
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum SetEventKind<T: Real> {
         /// A unit is wrong.
         Unhealthy {
             /// Reason.
             reason: Reason,
+            /// The finding, where others show it.
+            finding: Option<PairFinding<T>>,
         } = "unhealthy",
         /// A unit counts again.
         Healthy = "healthy",
@@ -37,6 +40,8 @@ crate::vocabulary! {
         Disagree {
             /// The other unit.
             other: usize,
+            /// The finding that shows it.
+            finding: PairFinding<T>,
         } = "disagree",
         /// All units agree again.
         Agree = "agree",
@@ -62,25 +67,25 @@ crate::vocabulary! {
 }
 
 /// One event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SetEvent {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetEvent<T: Real> {
     /// Microseconds of the common clock: the end of the window that shows it.
     pub time: u64,
     /// Unit concerned; `None` where no unit is left.
     pub unit: Option<usize>,
     /// Kind of the event.
-    pub kind: SetEventKind,
+    pub kind: SetEventKind<T>,
 }
 
 /// Receiver of events.
-pub type ReportEvent<'a> = &'a mut dyn FnMut(&SetEvent);
+pub type ReportEvent<'a, T> = &'a mut dyn FnMut(&SetEvent<T>);
 
 /// State of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit<T: Real> {
     windows: UnitWindows<T>,
     vibration: Vibration<T>,
-    own: Own,
+    own: Own<T>,
     rest: UnitRest<T>,
     clock: Clock<T>,
     own_until: u64,
@@ -111,11 +116,14 @@ where
     voted_out: UnitSet,
     beyond: UnitSet,
     has_learnt: bool,
+    has_moved: bool,
     disputed_since: OptionalTime,
     disputed_last: OptionalTime,
     source: Option<Option<u8>>,
     /// True if the clocks of secondaries are those of the units, and not the primary's.
     finds_delays: bool,
+    /// Time of the newest sample of any unit.
+    newest: Option<u64>,
     /// Number of the first window, and of those since.
     first: u64,
     so_far: Option<u32>,
@@ -163,10 +171,12 @@ where
             voted_out: UnitSet::default(),
             beyond: UnitSet::default(),
             has_learnt: false,
+            has_moved: false,
             disputed_since: OptionalTime::NONE,
             disputed_last: OptionalTime::NONE,
             source: None,
             finds_delays,
+            newest: None,
             first: 0,
             so_far: None,
         }
@@ -188,7 +198,7 @@ where
 
     /// Takes a sample of a unit, in the axes of the primary, and reports what its windows show. Units may send in any order, up
     /// to 0.15 s behind one another.
-    pub fn push(&mut self, number: usize, sample: &Sample<T>, report: ReportEvent<'_>) {
+    pub fn push(&mut self, number: usize, sample: &Sample<T>, report: ReportEvent<'_, T>) {
         let Some(unit) = self.units.get_mut(number) else {
             return;
         };
@@ -198,7 +208,10 @@ where
         } else {
             sample.time
         };
-        unit.windows.push(time, &sample.channels());
+        self.take_note_of_pause(time);
+        if let Some(unit) = self.units.get_mut(number) {
+            unit.windows.push(time, &sample.channels());
+        }
         if self.so_far.is_none() {
             let (whole, left) = whole_spans(time, HOP);
             self.first = whole + 1 + u64::from(left > 0);
@@ -208,6 +221,21 @@ where
         while let Some(index) = self.next_window() {
             self.evaluate(index, report);
         }
+    }
+
+    /// Takes note of a pause of all units, in which none is silent by itself: nobody sent for half the time after which the quickest
+    /// unit is late.
+    fn take_note_of_pause(&mut self, time: u64) {
+        let mut late_after = self.units.iter().map(|unit| unit.windows.late_after());
+        let first = late_after.next().unwrap_or(T::zero());
+        let quickest = late_after.fold(first, smaller);
+        if let Some(newest) = self.newest
+            && time > newest
+            && seconds::<T>(time - newest) > quickest * real(0.5)
+        {
+            self.units.iter_mut().for_each(|unit| unit.windows.resume(time));
+        }
+        self.newest = self.newest.max(Some(time));
     }
 
     /// The window that all units have ended, or for which none is waited any longer.
@@ -223,14 +251,14 @@ where
     }
 
     #[inline(never)]
-    fn evaluate(&mut self, index: u64, report: ReportEvent<'_>) {
+    fn evaluate(&mut self, index: u64, report: ReportEvent<'_, T>) {
         let number = self.so_far.unwrap_or(0);
         let now = (index + 1).saturating_mul(HOP);
         let windows = core::array::from_fn(|unit| self.window_of(unit, index));
         let motion = MotionOfSet::of_set(&windows);
         let is_pause = !windows.iter().any(|window| window.is_whole);
         for (unit, window) in self.units.iter_mut().zip(&windows) {
-            unit.own.take(&window.repeated);
+            unit.own.take(&window.repeated, &motion);
             unit.vibration.take(window, &motion, number, is_pause);
         }
         self.take_delays(number, index, &windows);
@@ -238,7 +266,7 @@ where
         let begins = if self.finds_delays { SYNCHRONISED } else { BEGINS };
         let has_begun = now.saturating_sub(self.first.saturating_mul(HOP)) >= begins;
         if has_begun {
-            self.look_at_own(now, number, &windows, is_rest, report);
+            self.look_at_own(now, number, (&windows, &motion), is_rest, report);
         }
         let at = Evaluated {
             now,
@@ -300,9 +328,9 @@ where
         &mut self,
         now: u64,
         number: u32,
-        windows: &[UnitWindow<T>; UNITS],
+        (windows, motion): (&[UnitWindow<T>; UNITS], &MotionOfSet<T>),
         is_rest: bool,
-        report: ReportEvent<'_>,
+        report: ReportEvent<'_, T>,
     ) {
         let active = self.active(now);
         let [returns, _] = RETURNS;
@@ -315,7 +343,10 @@ where
         let others = Others {
             windows,
             late_after: &self.units.each_ref().map(|unit| unit.windows.late_after()),
+            resolution: &self.units.each_ref().map(|unit| unit.windows.resolution()),
+            motion,
             scatter: &scatter,
+            is_rest,
             is_active: &core::array::from_fn(|unit| active.contains(unit)),
             windows_so_far: number.saturating_add(1),
         };
@@ -338,13 +369,12 @@ where
     fn compare(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-    ) -> (<Units<UNITS> as UnitCount>::OfPairs<T>, Option<Named<T>>) {
+    ) -> (
+        <Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        Option<Named<T>>,
+    ) {
         let is_active = core::array::from_fn(|unit| at.active.contains(unit));
-        let shaking = vibration::of_set(
-            self.units.each_ref().map(|unit| &unit.vibration),
-            &is_active,
-            at.is_rest,
-        );
+        let shaking = vibration::of_set(self.units.each_ref().map(|unit| &unit.vibration), &is_active);
         let some = at.windows.iter().any(|window| window.is_whole);
         self.motion.take(at.motion, some);
         self.take_pairs(at);
@@ -365,7 +395,7 @@ where
             ratio: [T::zero(); 2],
         };
         let mut compared = <Units<UNITS> as UnitCount>::filled_pairs(none);
-        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(T::zero());
+        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(PairFinding::none());
         let mut named = None;
         for (scale, shaking) in shaking.into_iter().enumerate() {
             let (motion, bends) = self.motion.over(scale);
@@ -384,8 +414,9 @@ where
                     (variances.get(i), variances.get(j), timing.get(i), timing.get(j))
                 {
                     *found = pair.test.compare(&conditions, [first, second], [one, other]);
-                    let [force, rate] = found.ratio;
-                    *worst = larger(*worst, larger(force, rate));
+                    for (sensor, ratio) in SENSORS.into_iter().zip(found.ratio) {
+                        *worst = worst.or(PairFinding::of(ratio, sensor, scale));
+                    }
                 }
             }
             if at.has_begun {
@@ -441,13 +472,17 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         named: Option<Named<T>>,
-        report: ReportEvent<'_>,
+        report: ReportEvent<'_, T>,
     ) {
         if let Some(named) = named
             && at.active.count() > 2
         {
-            self.voted_out.insert(named.unit());
-            report(&unhealthy(at.now, named.unit(), Reason::OutOfFamily));
+            self.voted_out.insert(named.unit);
+            let kind = SetEventKind::Unhealthy {
+                reason: Reason::OutOfFamily,
+                finding: Some(named.finding),
+            };
+            report(&event(at.now, named.unit, kind));
         }
     }
 
@@ -455,14 +490,14 @@ where
     fn look_at_dispute(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<T>,
-        report: ReportEvent<'_>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        report: ReportEvent<'_, T>,
     ) {
         let mut largest = T::zero();
         let states = self.pairs.as_mut().iter_mut().zip(worst.as_ref());
         for ((pair, worst), [i, j]) in states.zip(pairs::<UNITS>()) {
             let ratio = if at.active.contain_both([i, j]) {
-                *worst
+                worst.ratio
             } else {
                 T::zero()
             };
@@ -474,7 +509,8 @@ where
             };
             if pair.disputing == DWELL && at.active.count() <= 2 && self.disputed_since.get().is_none() {
                 self.disputed_since.replace(at.now);
-                report(&event(at.now, j, SetEventKind::Disagree { other: i }));
+                let finding = *worst;
+                report(&event(at.now, j, SetEventKind::Disagree { other: i, finding }));
             }
         }
         if largest > real(AGREEING) {
@@ -491,7 +527,7 @@ where
     }
 
     /// Names one of two that disagree at rest where physics finds the other sound.
-    fn look_at_rest(&mut self, at: &Evaluated<'_, T, UNITS>, report: ReportEvent<'_>) {
+    fn look_at_rest(&mut self, at: &Evaluated<'_, T, UNITS>, report: ReportEvent<'_, T>) {
         let active = self.active(at.now);
         // A disagreement of motion alone, as of a scale, is none that a rest decides.
         let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= DWELL);
@@ -523,8 +559,8 @@ where
     fn reinstate(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<T>,
-        report: ReportEvent<'_>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        report: ReportEvent<'_, T>,
     ) {
         let sound = self.active(at.now);
         let [_, settled] = RETURNS;
@@ -534,9 +570,9 @@ where
             others.insert(number);
             let ratios = pairs::<UNITS>().zip(worst.as_ref());
             let mut own = ratios.filter(|(pair, _)| pair.contains(&number) && others.contain_both(*pair));
-            let first = own.next().map(|(_, ratio)| *ratio);
-            let largest = own.fold(first, |largest, (_, ratio)| {
-                largest.map(|most| larger(most, *ratio))
+            let first = own.next().map(|(_, finding)| finding.ratio);
+            let largest = own.fold(first, |largest, (_, finding)| {
+                largest.map(|most| larger(most, finding.ratio))
             });
             if largest.is_none_or(|largest| largest >= real(AGREEING)) {
                 unit.agreed_since = at.now;
@@ -550,7 +586,7 @@ where
 
     /// Takes the first unit without a fault as the source.
     #[allow(clippy::cast_possible_truncation)]
-    fn select(&mut self, now: u64, report: ReportEvent<'_>) {
+    fn select(&mut self, now: u64, report: ReportEvent<'_, T>) {
         let source = self.active(now).units().next();
         let chosen = Some(source.map(|unit| unit as u8));
         if self.source != chosen {
@@ -573,12 +609,12 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         number: u32,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<T>,
-        report: ReportEvent<'_>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        report: ReportEvent<'_, T>,
     ) {
         let judged = pairs::<UNITS>().zip(worst.as_ref());
         let judged = judged.filter(|(pair, _)| at.active.contain_both(*pair));
-        let largest = judged.fold(T::zero(), |largest, (_, ratio)| larger(largest, *ratio));
+        let largest = judged.fold(T::zero(), |largest, (_, finding)| larger(largest, finding.ratio));
         // Before anything is learnt, an error within the threshold is a sound one.
         let limit = if self.has_learnt { real(AGREEING) } else { T::one() };
         // A unit with a large constant error still links the others to one another.
@@ -589,6 +625,7 @@ where
         block.is_calm &= largest < limit;
         block.active = block.active.and(usable);
         block.is_rest &= at.is_rest;
+        block.is_motion &= !at.is_rest;
         self.gathering
             .take(number, at.windows, at.motion, usable, self.errors.as_ref());
         if number.saturating_add(1).is_multiple_of(BLOCK.into()) {
@@ -598,7 +635,7 @@ where
 
     /// Learns from the block before, where it and this one agreed.
     #[inline(never)]
-    fn end_block(&mut self, now: u64, report: ReportEvent<'_>) {
+    fn end_block(&mut self, now: u64, report: ReportEvent<'_, T>) {
         let done = self.gathering.end_block();
         let before = self.waiting.replace(done);
         let mut calm = UnitSet::default();
@@ -614,8 +651,17 @@ where
         let is_timed = before.as_ref().filter(|block| !block.is_rest);
         let timed = is_timed.map_or(calm, |block| calm.and(block.timed));
         self.has_learnt |= timed.count() > 0;
+        // A rest is known a second after it began.
+        let was_motion = before.as_ref().is_some_and(|block| block.is_motion) && done.is_motion;
+        let moves_first = was_motion && timed.count() > 0 && !self.has_moved;
+        self.has_moved |= moves_first;
+        // Noise of motion is none of a rest, which would let it fall.
+        let learns = was_motion || !self.has_moved;
         for (pair, units) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
-            pair.test.end_block(timed.contain_both(units));
+            if moves_first {
+                pair.test.forget_noise();
+            }
+            pair.test.end_block(learns && timed.contain_both(units));
         }
         for (number, unit) in self.units.iter_mut().enumerate() {
             unit.own.end_block(calm.contains(number));
@@ -627,7 +673,7 @@ where
         for (number, unit) in self.units.iter_mut().enumerate() {
             if calm.contains(number) {
                 unit.rest.learn();
-                unit.vibration.learn(block.is_rest);
+                unit.vibration.learn(block.is_rest, was_motion);
             }
         }
         self.hold_to_bounds(now, timed, block.is_rest, report);
@@ -666,7 +712,7 @@ where
     }
 
     /// Names the unit whose error is no sound unit's, by those without it.
-    fn hold_to_bounds(&mut self, now: u64, timed: UnitSet, is_rest: bool, report: ReportEvent<'_>) {
+    fn hold_to_bounds(&mut self, now: u64, timed: UnitSet, is_rest: bool, report: ReportEvent<'_, T>) {
         let active = self.active(now).and(timed);
         let motion = self.motion.over(BLOCK_SCALE).0;
         let (errors, variances) = (self.errors_along(&motion), self.variances(&motion));
@@ -683,7 +729,7 @@ where
     }
 }
 
-fn event(time: u64, unit: usize, kind: SetEventKind) -> SetEvent {
+fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> {
     SetEvent {
         time,
         unit: Some(unit),
@@ -691,6 +737,7 @@ fn event(time: u64, unit: usize, kind: SetEventKind) -> SetEvent {
     }
 }
 
-fn unhealthy(time: u64, unit: usize, reason: Reason) -> SetEvent {
-    event(time, unit, SetEventKind::Unhealthy { reason })
+fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason) -> SetEvent<T> {
+    let finding = None;
+    event(time, unit, SetEventKind::Unhealthy { reason, finding })
 }

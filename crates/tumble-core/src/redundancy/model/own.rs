@@ -1,6 +1,7 @@
 //! Faults that the samples of a unit show by themselves: silence, repetition, noise, loss.
 
-use super::table::{LOSSY_SCALE, NOISY, REPEATS, SCALES, WHOLE};
+use super::motion::MotionOfSet;
+use super::table::{FLOOR, LOSSY_SCALE, MOVED, NOISY, REPEATS, SCALES, WHOLE};
 use super::vibration::Vibration;
 use super::window::UnitWindow;
 use crate::real::{Real, real};
@@ -28,11 +29,16 @@ crate::vocabulary! {
     }
 }
 
+/// Channels that may repeat, and all of them at one time.
+const REPEATING: usize = CHANNELS + 1;
+
 /// Own evidence of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Own {
+pub struct Own<T: Real> {
     /// Most equal readings in succession in health, then in this block and in the one before.
-    repeated: [[u8; CHANNELS]; 3],
+    repeated: [[u8; REPEATING]; 3],
+    /// Readings of the set when the latest repetition of each channel began.
+    began: [T; CHANNELS],
     /// Windows in succession in which the samples of each sensor were noisy.
     noisy: [u8; 2],
 }
@@ -47,24 +53,46 @@ pub struct Others<'a, T: Real, const UNITS: usize> {
     pub scatter: &'a [[T; 2]; UNITS],
     /// Units that count.
     pub is_active: &'a [bool; UNITS],
+    /// Smallest change of the readings of each unit that is none of zero, by sensor, m/s^2 and rad/s.
+    pub resolution: &'a [[T; 2]; UNITS],
+    /// Motion of the set.
+    pub motion: &'a MotionOfSet<T>,
+    /// True if the set is at rest.
+    pub is_rest: bool,
     /// Number of windows so far.
     pub windows_so_far: u32,
 }
 
-impl Own {
+/// Repetitions of each channel, and of all at one time.
+fn repetitions(repeated: &[u8; CHANNELS]) -> [u8; REPEATING] {
+    let [a, b, c, d, e, f] = *repeated;
+    let all = repeated.iter().fold(u8::MAX, |least, each| least.min(*each));
+    [a, b, c, d, e, f, all]
+}
+
+impl<T: Real> Own<T> {
     /// Nothing is known.
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self {
-            repeated: [[0; CHANNELS]; 3],
+            repeated: [[0; REPEATING]; 3],
+            began: [T::zero(); CHANNELS],
             noisy: [0; 2],
         }
     }
 
-    /// Takes a window.
-    pub fn take(&mut self, repeated: &[u8; CHANNELS]) {
+    /// Takes a window, in which the set moved so.
+    pub fn take(&mut self, repeated: &[u8; CHANNELS], motion: &MotionOfSet<T>) {
         let [_, block, _] = &mut self.repeated;
-        for (most, now) in block.iter_mut().zip(repeated) {
-            *most = (*most).max(*now);
+        for (most, now) in block.iter_mut().zip(repetitions(repeated)) {
+            *most = (*most).max(now);
+        }
+        let readings = motion.readings();
+        let channels = self.began.iter_mut().zip(repeated);
+        for ((began, _), now) in channels
+            .zip(readings.as_flattened())
+            .filter(|((_, repeated), _)| **repeated == 0)
+        {
+            *began = *now;
         }
     }
 
@@ -76,11 +104,11 @@ impl Own {
                 *most = (*most).max(waiting);
             }
         }
-        (*waiting, *block) = (*block, [0; CHANNELS]);
+        (*waiting, *block) = (*block, [0; REPEATING]);
     }
 
     /// Faults of one of several units, by reason: late, frozen, noisy, lossy (docs/theory/set.md, section 7).
-    pub fn faults<T: Real, const UNITS: usize>(
+    pub fn faults<const UNITS: usize>(
         &mut self,
         unit: usize,
         vibration: &Vibration<T>,
@@ -94,20 +122,36 @@ impl Own {
         ]
     }
 
-    fn is_frozen<T: Real, const UNITS: usize>(&self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
-        let Some(window) = at.windows.get(unit) else {
+    /// Tests whether all channels repeat beside units that change, or one although the set moves by more than its resolution.
+    fn is_frozen<const UNITS: usize>(&self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
+        let (Some(window), Some(resolution)) = (at.windows.get(unit), at.resolution.get(unit)) else {
             return false;
         };
         let (repeats, over_usual) = REPEATS;
         let [most, ..] = &self.repeated;
-        let channels = window.repeated.iter().zip(most).enumerate();
-        channels
-            .filter(|(_, (now, most))| **now >= repeats.max(most.saturating_mul(over_usual)))
-            .any(|(channel, _)| at.moves(unit, channel))
+        let readings = at.motion.readings();
+        let now = repetitions(&window.repeated);
+        let too_often = |channel: usize| match (now.get(channel), most.get(channel)) {
+            (Some(now), Some(most)) => *now >= repeats.max(most.saturating_mul(over_usual)),
+            _ => false,
+        };
+        // Two units have one motion, of which a frozen one takes half away.
+        let share = real::<T>(if UNITS == 2 { 0.5 } else { 1.0 });
+        let has_to_change = |channel: usize| {
+            let sensor = channel / 3;
+            let least = larger(real::<T>(MOVED) * resolution[sensor], real(FLOOR[sensor]));
+            let both = self.began.get(channel).zip(readings.as_flattened().get(channel));
+            both.is_some_and(|(began, now)| (*now - *began).abs() > share * least)
+        };
+        let is_stuck =
+            |channel: usize| too_often(channel) && has_to_change(channel) && at.moves(unit, channel);
+        let any_moves = (0..CHANNELS).any(|channel| at.moves(unit, channel));
+        (too_often(CHANNELS) && any_moves) || (0..CHANNELS).any(is_stuck)
     }
 
-    fn is_noisy<T: Real, const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
-        let (over_usual, over_others, windows) = NOISY;
+    fn is_noisy<const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
+        let (over_usual, over_others, [in_motion, at_rest]) = NOISY;
+        let windows = if at.is_rest { at_rest } else { in_motion };
         for (sensor, noisy) in self.noisy.iter_mut().enumerate() {
             let of = |number: usize| {
                 at.scatter
@@ -123,7 +167,7 @@ impl Own {
     }
 }
 
-impl Default for Own {
+impl<T: Real> Default for Own<T> {
     fn default() -> Self {
         Self::new()
     }

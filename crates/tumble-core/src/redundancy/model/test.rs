@@ -8,6 +8,7 @@ use super::table::{
 };
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{larger, smaller};
+use crate::redundancy::sensor::Sensor;
 use crate::sample::CHANNELS;
 
 /// Means of the motion of the set over all scales: its channels, and the squares of second derivatives of its readings.
@@ -98,6 +99,44 @@ pub struct PairComparison<T: Real> {
     pub deviation: [[T; 3]; 2],
     /// Sigmas of it over the limit; 0 where the means are not usable.
     pub ratio: [T; 2],
+}
+
+/// The largest ratio among those of some pairs, and the sensor and the scale that show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairFinding<T: Real> {
+    /// Deviation over its limit; 0 where nothing was compared.
+    pub ratio: T,
+    /// Sensor that shows it.
+    pub sensor: Sensor,
+    /// s over which the mean shows it.
+    pub seconds: T,
+}
+
+impl<T: Real> PairFinding<T> {
+    /// Nothing was compared.
+    pub fn none() -> Self {
+        Self {
+            ratio: T::zero(),
+            sensor: Sensor::Accelerometer,
+            seconds: T::zero(),
+        }
+    }
+
+    /// The finding of one sensor over one scale.
+    pub fn of(ratio: T, sensor: Sensor, scale: usize) -> Self {
+        let windows = count::<T>(SCALES.get(scale).copied().unwrap_or(1).into());
+        Self {
+            ratio,
+            sensor,
+            seconds: windows * real(HOP_SECONDS),
+        }
+    }
+
+    /// The larger one of two.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        if other.ratio > self.ratio { other } else { self }
+    }
 }
 
 /// Sums over a block, from which the usual noise is learnt.
@@ -222,6 +261,11 @@ impl<T: Real> PairTest<T> {
             self.sums.note(at.scale, &found.deviation, &variances, &noise);
         }
         found
+    }
+
+    /// Begins to learn the noise anew, as motion begins for the first time.
+    pub fn forget_noise(&mut self) {
+        self.blocks = [0; COUNT];
     }
 
     /// Ends a block: its noise waits until the next one has ended in agreement. Before that, what waits is learnt, if the

@@ -133,20 +133,22 @@ impl<T: Real> Vibration<T> {
             .map_or(T::zero(), LeakyMean::weight)
     }
 
-    /// Scatter that is usual at rest or in motion, or the one that is known.
-    fn usual_scatter(&self, is_rest: bool) -> &Usual<T> {
+    /// Scatter that is usual in motion, or at rest before any motion.
+    fn usual_scatter(&self) -> &Usual<T> {
         let [motion, rest] = &self.usual;
-        let (wanted, other) = if is_rest { (rest, motion) } else { (motion, rest) };
-        if wanted.is_known() { wanted } else { other }
+        if motion.is_known() { motion } else { rest }
     }
 
-    /// Scatter of the samples of one window over its usual.
+    /// Scatter of the samples of one window over what is usual at rest or in motion; 1 before that is learnt, as units whose
+    /// filters differ do not feel one vibration alike.
     pub fn scatter_ratio(&self, scatter: &[T; 2], is_rest: bool) -> [T; 2] {
-        self.usual_scatter(is_rest).ratio(scatter, LEAST_SCATTER)
+        let [motion, rest] = &self.usual;
+        let usual = if is_rest { rest } else { motion };
+        usual.ratio(scatter, LEAST_SCATTER)
     }
 
     /// Variances over their usual: of samples over a scale, and of windows (eq. 20).
-    pub fn ratios(&self, scale: usize, is_pair: bool, is_rest: bool) -> [[T; 2]; 2] {
+    pub fn ratios(&self, scale: usize, is_pair: bool) -> [[T; 2]; 2] {
         let scatter = self
             .scatter
             .scales()
@@ -160,20 +162,28 @@ impl<T: Real> Vibration<T> {
                 *ratio = smaller(*ratio, own);
             }
         }
-        [self.scatter_ratio(&scatter, is_rest), windows]
+        [self.usual_scatter().ratio(&scatter, LEAST_SCATTER), windows]
     }
 
-    /// Learns what is usual from a block.
-    pub fn learn(&mut self, was_rest: bool) {
+    /// Learns what is usual from a block: the scatter, if it was one of rest or one of motion.
+    pub fn learn(&mut self, was_rest: bool, was_motion: bool) {
+        let [motion, _] = &self.usual;
         for swings in &mut self.swings {
-            swings.usual.learn(&swings.mean.mean());
+            if was_motion && !motion.is_known() {
+                swings.usual = Usual::none();
+            }
+            if was_motion || !motion.is_known() {
+                swings.usual.learn(&swings.mean.mean());
+            }
         }
         if let Some(scatter) = self.scatter.scales().get(BLOCK_SCALE)
             && scatter.weight() > T::zero()
         {
-            let [motion, rest] = &mut self.usual;
-            let usual = if was_rest { rest } else { motion };
-            usual.learn(&scatter.mean());
+            for (usual, was_so) in self.usual.iter_mut().zip([was_motion, was_rest]) {
+                if was_so {
+                    usual.learn(&scatter.mean());
+                }
+            }
         }
     }
 }
@@ -189,7 +199,6 @@ impl<T: Real> Default for Vibration<T> {
 pub fn of_set<T: Real, const UNITS: usize>(
     units: [&Vibration<T>; UNITS],
     is_active: &[bool; UNITS],
-    is_rest: bool,
 ) -> [[T; 2]; COUNT] {
     let active = is_active.iter().filter(|active| **active).count();
     let which = usize::from(active > 2);
@@ -197,7 +206,7 @@ pub fn of_set<T: Real, const UNITS: usize>(
     for (scale, factors) in factors.iter_mut().enumerate() {
         let mut least = [[[None; 2]; 2]; 2];
         for (unit, _) in units.iter().zip(is_active).filter(|(_, active)| **active) {
-            let ratios = unit.ratios(scale, UNITS == 2, is_rest);
+            let ratios = unit.ratios(scale, UNITS == 2);
             for (least, ratio) in least.as_flattened_mut().iter_mut().zip(ratios.as_flattened()) {
                 keep_two(least, *ratio);
             }

@@ -1,8 +1,9 @@
 //! Vote of three and more: the unit without which the others agree.
 
 use super::table::{CLEAR, COUNT};
-use super::test::PairComparison;
+use super::test::{PairComparison, PairFinding};
 use crate::real::{Real, real};
+use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::unit_set::pairs;
 
 /// Unit that was odd in a window, and the largest deviation of its pairs.
@@ -18,18 +19,13 @@ pub struct Vote<T: Real> {
     before: [[Odd<T>; 2]; COUNT],
 }
 
-/// The unit that a window names, and the ratio that names it.
+/// The unit that a window names, and what names it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Named<T: Real> {
-    unit: usize,
-    ratio: T,
-}
-
-impl<T: Real> Named<T> {
     /// Number of the unit.
-    pub fn unit(&self) -> usize {
-        self.unit
-    }
+    pub unit: usize,
+    /// Largest ratio of its pairs.
+    pub finding: PairFinding<T>,
 }
 
 impl<T: Real> Vote<T> {
@@ -58,7 +54,7 @@ impl<T: Real> Vote<T> {
         let Some(before) = self.before.get_mut(scale) else {
             return best;
         };
-        for (sensor, before) in before.iter_mut().enumerate() {
+        for ((sensor, which), before) in SENSORS.into_iter().enumerate().zip(before) {
             let mut worst = T::zero();
             let mut deviation = compared
                 .first()
@@ -84,9 +80,12 @@ impl<T: Real> Vote<T> {
             if let Some(unit) = odd
                 && is_same
                 && is_steady(&deviation, &before.deviation)
-                && best.as_ref().is_none_or(|best| worst > best.ratio)
+                && best.as_ref().is_none_or(|best| worst > best.finding.ratio)
             {
-                best = Some(Named { unit, ratio: worst });
+                best = Some(Named {
+                    unit,
+                    finding: PairFinding::of(worst, which, scale),
+                });
             }
             *before = Odd {
                 unit: odd.map(|unit| unit as u8),

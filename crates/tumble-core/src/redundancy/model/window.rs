@@ -92,7 +92,10 @@ pub struct UnitWindows<T: Real> {
     interval: UsualInterval<T>,
     /// Microseconds of the latest sample; `None` before the first.
     last: Option<u64>,
+    /// Microseconds of the end of the latest pause of all units: none was silent before.
+    resumed: u64,
     repeated: [u8; CHANNELS],
+    resolution: [T; 2],
     /// Number of the window that ends next.
     open: u64,
     ended: [UnitWindow<T>; KEPT],
@@ -111,7 +114,9 @@ impl<T: Real> UnitWindows<T> {
                 shortest: T::zero(),
             },
             last: None,
+            resumed: 0,
             repeated: [0; CHANNELS],
+            resolution: [T::zero(); 2],
             open: 0,
             ended: [UnitWindow::absent(-T::one(), [0; CHANNELS]); KEPT],
         }
@@ -127,9 +132,27 @@ impl<T: Real> UnitWindows<T> {
         self.interval.known().unwrap_or(T::zero())
     }
 
+    /// Smallest change of a reading so far that is none of zero, m/s^2 and rad/s; zero before the first.
+    pub fn resolution(&self) -> [T; 2] {
+        self.resolution
+    }
+
     /// s of silence after which a unit is late.
     pub fn late_after(&self) -> T {
         larger(real(LATE.0), self.interval() * real(LATE.1))
+    }
+
+    /// Takes note that all units paused until a time, microseconds: the pause is the platform's.
+    pub fn resume(&mut self, time: u64) {
+        self.resumed = time;
+    }
+
+    /// s of silence until a time, microseconds; negative before the first sample, and in a pause of all units.
+    fn silence(&self, end: u64) -> T {
+        let since = self.last.map(|last| last.max(self.resumed));
+        since
+            .filter(|since| *since < end)
+            .map_or(-T::one(), |since| seconds(end - since))
     }
 
     /// Tests whether a window has ended.
@@ -147,11 +170,7 @@ impl<T: Real> UnitWindows<T> {
             return *window;
         }
         let end = (index + 1).saturating_mul(HOP);
-        let silence = self.last.filter(|last| *last < end);
-        UnitWindow::absent(
-            silence.map_or(-T::one(), |last| seconds(end - last)),
-            self.repeated,
-        )
+        UnitWindow::absent(self.silence(end), self.repeated)
     }
 
     /// Takes the next sample; one that is no later than the last, or not a number, is dropped.
@@ -180,24 +199,32 @@ impl<T: Real> UnitWindows<T> {
         let usable = seconds::<T>(time - last) <= gap.min(real(HOP_SECONDS));
         let before = self.averaging.latest().copied();
         let half = self.averaging.push(time, &channels, [usable; 2], HOP, None);
-        self.end_windows(last, time, half);
+        self.end_windows(time, half);
         let same = before.unwrap_or(channels);
-        for ((repeated, was), is) in self.repeated.iter_mut().zip(same).zip(reading) {
+        let channels = self.repeated.iter_mut().zip(same).zip(reading);
+        for (channel, ((repeated, was), is)) in channels.enumerate() {
             *repeated = if was == *is { repeated.saturating_add(1) } else { 0 };
+            let step = (was - *is).abs();
+            if let Some(least) = self.resolution.get_mut(channel / 3)
+                && step > T::zero()
+                && (*least == T::zero() || step < *least)
+            {
+                *least = step;
+            }
         }
         self.last = Some(time);
     }
 
     /// Ends the windows that a sample leaves behind.
     #[allow(clippy::cast_possible_truncation)]
-    fn end_windows(&mut self, last: u64, time: u64, half: Option<Means<T, AVERAGED>>) {
+    fn end_windows(&mut self, time: u64, half: Option<Means<T, AVERAGED>>) {
         let now = whole_spans(time, HOP).0;
         let first = self.open.max(now.saturating_sub(KEPT as u64));
         for index in first..now {
             let end = (index + 1).saturating_mul(HOP);
             let mut window = UnitWindow {
                 index: index as u32,
-                ..UnitWindow::absent(seconds(end.saturating_sub(last)), self.repeated)
+                ..UnitWindow::absent(self.silence(end), self.repeated)
             };
             let falling = half.filter(|half| half.index == index as u32);
             if let (Some(rising), Some(falling)) = (self.before, falling)
