@@ -11,6 +11,7 @@ from rosbags.rosbag2 import Writer as Writer2
 
 from bag_fixtures import IMU, ROS1, ROS2, TEXT, imu_message, write_mcap, write_ros1, write_ros2
 from log_fixtures import assert_said_to_be_cut_short, made_up, read, refusal, same
+from tumble.foundation.names import LONGEST_NAME
 from tumble.logs import list_imus, open_recording
 from tumble.logs.rosmsg import CDR, decode
 from tumble.logs.rosmsg import ROS1 as ROS1_ENCODING
@@ -47,6 +48,12 @@ def test_a_bag_reads_as_it_was_recorded(tmp_path, chunk, way):
     assert same(read(path), chunk)
     assert recording.metadata.frame == "imu_link"
     assert recording.metadata.accelerometer_unit.reason == "message definition"
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_topic_whose_name_is_longer_than_any_is_refused(tmp_path, chunk, way):
+    path = WAYS[way](tmp_path, {"/imu/" + LONGEST_NAME * "x": chunk})
+    assert f"a name of {LONGEST_NAME + 5} letters; {LONGEST_NAME} at most" in refusal(path)
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -16,13 +16,18 @@ _UNSEEN = re.compile("[\u00ad\u034f\u180e\u200b\u2060-\u2064\ufeff]")
 """Signs without a width and a meaning between letters; joiners of scripts are none of them."""
 
 
+def check_length(text: str) -> None:
+    """Raises `ValueError` where a name is longer than any."""
+    if len(text) > LONGEST_NAME:
+        raise ValueError(f"a name of {len(text)} letters; {LONGEST_NAME} at most")
+
+
 def normal_name(text: str) -> str:
     """Returns a name in its one form: composed, without unseen signs and without blanks at its ends.
 
     Raises `ValueError` where it is longer than any name.
     """
-    if len(text) > LONGEST_NAME:
-        raise ValueError(f"a name of {len(text)} letters; {LONGEST_NAME} at most")
+    check_length(text)
     if text.isascii():
         return text.strip()
     return unicodedata.normalize("NFC", _UNSEEN.sub("", text)).strip()

@@ -15,8 +15,8 @@ _BUCKETS = ("s3", "s3a", "gs", "gcs", "file", "local", "memory")
 """Schemes in which an `@` behind a slash belongs to the name of a file."""
 _QUERY = re.compile(r"(?i)([?&#;][\w.-]*(?:sig|key|secret|token|pass|pwd|cred|auth)[\w.-]*=)[^&#\s\"<>]+")
 _STATED = re.compile(r"(?i)\b((?:secret|token|password|signature|sig)=)(?!\*)[^&\s\"<>]+")
-_BARE = re.compile(r"(?<![^\s\"])[^/@\s:\"]+:[^/@\s\"]+@")
-"""User and password without a scheme, as messages of libraries repeat them."""
+_BARE = re.compile(r"(?<![^\s\"'/(\[{=,])[^/@\s:\"'(\[{=,]+:(?!\*{3}@)[^/@\s\"]+@")
+"""User and password without a scheme: repeated by a library, or in a path that was meant as an address."""
 
 
 def without_secrets(text: str) -> str:

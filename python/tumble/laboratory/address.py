@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
@@ -19,8 +20,8 @@ HIDDEN = "***"
 _SQLITE = re.compile(r"sqlite:///?(?P<path>.+)")
 _SERVER = re.compile(r"postgres(ql)?(\+psycopg)?://")
 _KINDS = "give a file such as lab.db, or postgresql://USER@HOST/DATABASE"
-_SECRETS = ("password", "sslpassword")
-"""Parts of a URL's query that are secret."""
+_SHOWN = ("application_name", "connect_timeout", "host", "hostaddr", "port", "sslmode", "user")
+"""Parts of a URL's query that are shown; any other may be secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class RegistryAddress:
         """Name the place without any password."""
         if self.url is None:
             return str(self.path)
-        query = {name: HIDDEN if name in _SECRETS else value for name, value in self.url.query.items()}
+        query = {name: value if name in _SHOWN else HIDDEN for name, value in self.url.query.items()}
         shown = self.url.set(drivername="postgresql", query=query)
         return plain(shown.render_as_string(hide_password=True))
 
@@ -45,8 +46,9 @@ class RegistryAddress:
         """Passwords that the address holds, as they are and as they are written in a URL."""
         if self.url is None:
             return ()
-        stated = [self.url.password, *(self.url.query.get(name) for name in _SECRETS)]
-        words = [str(each) for each in stated if each]
+        hidden = [value for name, value in self.url.query.items() if name not in _SHOWN]
+        values = [[value] if isinstance(value, str) else value for value in hidden]
+        words = [str(each) for each in (self.url.password, *chain(*values)) if each]
         written = self.url.render_as_string(hide_password=False)
         quoted = re.search(r"://[^@/]*:(?P<password>[^@/]*)@", written)
         found = {*words, *((quoted["password"],) if quoted else ())}

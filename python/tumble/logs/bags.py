@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+from tumble.foundation.names import check_length
 from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
 
@@ -57,6 +58,17 @@ class Bag(Protocol):
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order of the file."""
         ...
+
+
+def check_name(stated: object) -> str:
+    """Returns the name of a topic or of a type as a file states it.
+
+    Raises `TypeError` where a database holds something else, `ValueError` where it is longer than any name.
+    """
+    if not isinstance(stated, str):
+        raise TypeError(f"a topic or type is {type(stated).__name__}, no text")
+    check_length(stated)
+    return stated
 
 
 def kind_of(message_type: str) -> str | None:

@@ -16,7 +16,7 @@ from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
 from tumble.foundation.words import count_of
-from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
+from tumble.logs.bags import BagMessage, Topic, check_name, kind_of, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.mcap_integrity import UpTo, check_summary, chunk_remarks, end_of_whole_records
 from tumble.logs.message_form import Definition
@@ -64,6 +64,8 @@ class McapFile:
                     raise EndOfFile("it breaks off before its first message")
             else:
                 metadata = list(reader.iter_metadata())
+            for stated in (*summary.channels.values(), *summary.schemas.values()):
+                check_name(stated.topic if isinstance(stated, Channel) else stated.name)
             self._summary = summary
             self._facts = {
                 key: value

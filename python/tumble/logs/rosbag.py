@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar
 
-from tumble.logs.bags import Topic, kind_of, remedy
+from tumble.logs.bags import Topic, check_name, kind_of, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
@@ -25,7 +25,7 @@ class RosBag(ABC):
     def __init__(self, path: Path) -> None:
         self.path = path
         with damage_said(path, remedy(path)), self._reader() as reader:
-            self._types = {_text(each.topic): _text(each.msgtype) for each in reader.connections}
+            self._types = {check_name(each.topic): check_name(each.msgtype) for each in reader.connections}
             self._definitions = {
                 connection.topic: Definition(
                     self.encoding_name,
@@ -55,10 +55,3 @@ class RosBag(ABC):
     def facts(self) -> dict[str, str]:
         """Tumble writes no such bags."""
         return {}
-
-
-def _text(stated: object) -> str:
-    """Returns the name of a topic or type; raises `TypeError` where a database holds something else."""
-    if not isinstance(stated, str):
-        raise TypeError(f"a topic or type is {type(stated).__name__}, no text")
-    return stated
