@@ -10,11 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from bench_client import BenchClient
-from bench_pages import BenchProcess
 from made_up_fleets import write_fleets
 from repetitions import SOAK, drawn_seed
-from tumble.bench.log.bounds import MOST_KEPT
 from tumble.bench.page.frame import MOST_UNOPENED
 from turntable_sessions import typed
 
@@ -73,36 +70,3 @@ def test_no_message_of_a_viewer_changes_anything(folder):
     assert found["sent"] > 500
     assert found["unopened"] == MOST_UNOPENED
     assert "Traceback" not in done.stderr
-
-
-def test_a_page_keeps_few_curves_however_often_they_are_asked_for(folder):
-    run = write_run(folder, "2026-01-03_turntable_1")
-    (run / "session" / "session.yaml").unlink()
-    made = typed("record", f"robot=replay:{folder.parent / 'spin.csv'}?speed=max", "-o", run / "session")
-    assert made.code == 0, made.err
-    bench = BenchProcess(folder, "--port", "0", "--host", "127.0.0.2")
-    try:
-        with BenchClient(bench.served["viewer"], "/log") as page:
-            page.click(run.name)
-            seen = set()
-            for _ in range(2 * MOST_KEPT):
-                page.emit(page.wait(lambda: labelled(page, "Spectrum")), "click")
-                seen |= page.wait(lambda before=frozenset(seen): curves(page) - before)
-            page.wait(lambda: len(curves(page)) == MOST_KEPT)
-    finally:
-        bench.end()
-
-
-def labelled(page, label):
-    """Returns the number of the button with a label of Quasar; None where there is none yet."""
-    labels = {each.get("props", {}).get("label"): number for number, each in tuple(page.elements.items())}
-    return labels.get(label)
-
-
-def curves(page):
-    """Returns the numbers of the headings of curves."""
-    return {
-        number
-        for number, each in tuple(page.elements.items())
-        if (each.get("text") or "").startswith("Amplitude spectral density")
-    }
