@@ -64,8 +64,10 @@ class McapFile:
                     raise EndOfFile("it breaks off before its first message")
             else:
                 metadata = list(reader.iter_metadata())
-            for stated in (*summary.channels.values(), *summary.schemas.values()):
-                check_name(stated.topic if isinstance(stated, Channel) else stated.name)
+            for channel in summary.channels.values():
+                check_name(channel.topic)
+            for schema in summary.schemas.values():
+                check_name(schema.name)
             self._summary = summary
             self._facts = {
                 key: value
