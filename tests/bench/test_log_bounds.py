@@ -30,7 +30,7 @@ def test_a_page_keeps_the_newest_curves():
         assert children == made[-MOST_KEPT:]
 
 
-def test_one_curve_is_computed_at_a_time_and_none_for_a_page_that_is_gone(monkeypatch):
+def test_one_curve_is_computed_at_a_time_none_for_a_page_gone(monkeypatch):
     under_way, most = 0, 0
 
     async def io_bound(compute):
