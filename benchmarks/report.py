@@ -18,8 +18,8 @@ from benchmarks.c_library import rows as c_library_rows
 from benchmarks.digits import three_digits, two_digits
 from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
 from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
-from benchmarks.flights.compared import MONITORS
 from benchmarks.flights.compared import cells as compared_cells
+from benchmarks.flights.compared import header as compared_header
 from benchmarks.footprint import FLASH_GOALS, MEMORY_GOALS, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
@@ -1073,7 +1073,7 @@ def flight_campaign(content: Content) -> Iterator[str]:
 
 def compared(content: Content) -> Iterator[str]:
     """Table of named units, today and by the model, in the same missions."""
-    columns = [f"{name}: {column}" for name in MONITORS for column in ("right, 95 %", *OUTCOMES[1:], "after")]
+    columns = compared_header()
     for title, of in content["sets"].items():
         yield _row([f"fault; {title}", "missions", *columns])
         yield f"|---|---|{'---|' * len(columns)}"

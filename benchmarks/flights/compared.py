@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import count, islice
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -30,7 +30,6 @@ from benchmarks.flights.score import judged, tells_of_stall
 from benchmarks.flights.wilson import wilson
 from benchmarks.redundancy_campaign import JOBS, SIMULATED_BY
 from benchmarks.redundancy_draw import draw
-from benchmarks.redundancy_fault import Kind
 from benchmarks.redundancy_figures import percentiles, wide_console
 from benchmarks.redundancy_judgement import OUTCOMES, Event, Judgement, judge
 from benchmarks.redundancy_replay import simulated_with_fault, watched
@@ -44,8 +43,6 @@ MISSIONS = {"sets": 500, "flights": 100}
 LEAST_RATE = 50.0
 """Hz: windows of the model are for units that sample as fast."""
 MONITORS = ("today", "model")
-KINDS: tuple[str, ...] = (*get_args(Kind), "two faults")
-SETS = {"N = 2": (2,), "N >= 3": (3, 4, 5, 6, 7, 8)}
 FOLDER = Path("out") / "compared"
 
 
@@ -55,7 +52,7 @@ def of_sets(seed: int) -> dict[str, Any]:
     simulated, said = simulated_with_fault(mission)
     stated = [Statement(unit.turn, unit.stated_arm) for unit in simulated.units]
     # Clocks of these units are stated, but for a millisecond.
-    events, _ = modelled(said, stated, first_errors(stated), mission.precision, find_delays=False)
+    events, _ = modelled(said, stated, None, mission.precision, find_delays=False)
     faulty = None if mission.fault is None else mission.faulty
     found = {"today": watched(mission, simulated, said).events, "model": events}
     judgements = {name: judge(each, faulty, mission.onset, mission.duration) for name, each in found.items()}
@@ -87,14 +84,18 @@ def of_flights(seed: int) -> dict[str, Any]:
 def modelled(
     said: Sequence[Samples],
     stated: Sequence[Statement],
-    known: Errors,
+    known: Errors | None,
     precision: str,
     *,
     find_delays: bool,
 ) -> tuple[list[Event], Errors | None]:
-    """Flies samples of units that are so stated through the model: events, and the errors at the end."""
+    """Flies samples of units that are so stated through the model: events, and the errors at the end.
+
+    Where nothing is `known` of their errors, it is what is stated.
+    """
     turned = [each.turned(samples) for each, samples in zip(stated, said, strict=True)]
-    return flown_by_core(turned, known, find_delays=find_delays, precision=precision)
+    first = first_errors(stated) if known is None else known
+    return flown_by_core(turned, first, find_delays=find_delays, precision=precision)
 
 
 def _of_flight(flight: Flight, known: Errors | None, precision: str) -> tuple[list[Event], Errors | None]:
@@ -107,8 +108,7 @@ def _of_flight(flight: Flight, known: Errors | None, precision: str) -> tuple[li
         )
         for unit in flight.units
     ]
-    first = first_errors(stated) if known is None else known
-    return modelled(flight.recorded, stated, first, precision, find_delays=True)
+    return modelled(flight.recorded, stated, known, precision, find_delays=True)
 
 
 def _joined(judgement: Judgement, before: Judgement) -> Judgement:
@@ -153,9 +153,9 @@ def flown(
 def summary(rows: Sequence[Mapping[str, Any]]) -> Content:
     """Puts the figures of all missions together, by number of units, kind and monitor."""
     found = {}
-    for title, units in SETS.items():
+    for title, units in campaign.SETS.items():
         those = [row for row in rows if row["units"] in units]
-        kinds = {kind: [row for row in those if row["kind"] == kind] for kind in KINDS}
+        kinds = {kind: [row for row in those if row["kind"] == kind] for kind in campaign.ROWS}
         kinds["all"] = [row for row in those if row["kind"] != "none"]
         found[title] = {
             "kinds": {kind: _of_kind(each) for kind, each in kinds.items() if each},
@@ -185,9 +185,7 @@ def _health(rows: Sequence[Mapping[str, Any]], monitor: str) -> Content:
 def show(simulator: str, figures: Content, console: Console) -> None:
     """Prints outcomes by number of units and kind of fault."""
     for title, of in figures.items():
-        columns = ("right, 95 %", *OUTCOMES[1:], "after, s")
-        header = [f"{name}: {column}" for name in MONITORS for column in columns]
-        table = Table(f"{simulator}, {title}", "missions", *header)
+        table = Table(f"{simulator}, {title}", "missions", *header())
         for kind, each in of["kinds"].items():
             table.add_row(kind, str(each["missions"]), *cells(each))
         console.print(table)
@@ -195,6 +193,12 @@ def show(simulator: str, figures: Content, console: Console) -> None:
             console.print(
                 f"{name}: {each['named']} named in {each['in missions']} missions, {each['hours']:.1f} h"
             )
+
+
+def header() -> list[str]:
+    """Returns the titles of the columns of `cells`."""
+    columns = ("right, 95 %", *OUTCOMES[1:], "after, s")
+    return [f"{name}: {column}" for name in MONITORS for column in columns]
 
 
 def cells(of: Content) -> Iterator[str]:

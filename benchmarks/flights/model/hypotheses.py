@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.flights.model.means import SCALES, LeakyMeans
 from benchmarks.flights.model.test import FLOOR
+from benchmarks.flights.model.vibration import learn_usual, over_usual
 from benchmarks.flights.model.window import BLOCK, Windows, late_after
 from tumble.foundation.recording import FloatArray
 
@@ -30,8 +31,6 @@ NOISY_WINDOWS = (4, 20)
 """Windows in motion and at rest: motion that begins shakes the unit with the widest filter first."""
 LEAST_SCATTER = (0.02, 0.002)
 """m/s^2 and rad/s: usual scatter of a sample is no less."""
-USUAL_SECONDS = 10.0
-"""Time constant of the usual scatter."""
 LOSSY = 0.6
 """Share of whole windows over `LOSSY_WINDOWS` within which too many samples are lost."""
 LOSSY_WINDOWS = 40
@@ -88,7 +87,6 @@ class Own:
         self.late_after = late_after(interval)
         self.kinds = np.zeros((2, *self.scatter.shape[1:]))
         self.usual = self.kinds[0]
-        self.is_learnt = self.usual > 0.0
         self.at_rest = np.zeros((self.scatter.shape[1], 1, 1), dtype=bool)
         self.most_repeated = np.zeros(self.repeated.shape[1:])
         self.noisy = np.zeros(self.scatter.shape[1:], dtype=int)
@@ -131,8 +129,8 @@ class Own:
 
     def _noisy(self, step: int, active: NDArray[np.bool_]) -> NDArray[np.bool_]:
         # Units whose filters differ do not feel one vibration alike: before its own is learnt, none is noisy.
-        learnt = np.where(self.is_learnt, self.usual, 0.0)
-        ratio = np.where(self.whole[step][..., None], np.sqrt(_over(self.scatter[step], learnt)), 0.0)
+        over = over_usual(self.scatter[step], self.usual, LEAST_SCATTER)
+        ratio = np.where(self.whole[step][..., None], np.sqrt(over), 0.0)
         shown = np.where(active[..., None], ratio, 0.0)
         others = np.stack(
             [np.delete(shown, unit, axis=1).max(axis=1) for unit in range(shown.shape[1])], axis=1
@@ -153,15 +151,13 @@ class Own:
         Before any motion it is that at rest.
         """
         motion, still = self.kinds
-        return _over(self.means.mean(), np.where(motion > 0.0, motion, still))
+        return over_usual(self.means.mean(), np.where(motion > 0.0, motion, still), LEAST_SCATTER)
 
     def set_state(self, rest: NDArray[np.bool_]) -> None:
-        """Compares with the usual scatter at rest or in motion, of runs (b,), or with the known one."""
+        """Compares with the usual scatter at rest or in motion, of runs (b,)."""
         motion, still = self.kinds
         self.at_rest = rest[:, None, None]
-        wanted = np.where(self.at_rest, still, motion)
-        self.is_learnt = wanted > 0.0
-        self.usual = np.where(self.is_learnt, wanted, motion + still)
+        self.usual = np.where(self.at_rest, still, motion)
 
     def learn(
         self,
@@ -177,17 +173,9 @@ class Own:
         self.most_repeated = np.where(chosen[..., None], most, self.most_repeated)
 
     def _learn(self, kind: int, seconds: float, chosen: NDArray[np.bool_]) -> None:
-        some = (chosen & (self.means.weight[SCALES.index(BLOCK)] > 0.0))[..., None]
-        usual = self.kinds[kind]
-        share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
-        usual += np.where(some, share * (self.means.mean()[SCALES.index(BLOCK)] - usual), 0.0)
+        some = chosen & (self.means.weight[SCALES.index(BLOCK)] > 0.0)
+        learn_usual(self.kinds[kind], self.means.mean()[SCALES.index(BLOCK)], seconds, some)
 
     def end_block(self) -> None:
         """Begins the next block."""
         self.longest = np.stack([np.zeros_like(self.longest[0]), self.longest[0]])
-
-
-def _over(scatter: FloatArray, usual: FloatArray) -> FloatArray:
-    """Returns scatter (..., b, n, 2) over the usual one (b, n, 2); 1 before anything is usual."""
-    least = np.maximum(usual, np.array(LEAST_SCATTER) ** 2)
-    return np.asarray(np.where(usual > 0.0, scatter / least, 1.0))

@@ -47,8 +47,7 @@ class Aliased:
         """Returns the variance of the last second over its usual (b, n, 2); 1 before anything is usual."""
         found = []
         for means, usual in zip(self.means, self.usual, strict=True):
-            over = means.mean()[0] / np.maximum(usual, np.array(LEAST) ** 2)
-            found.append(np.where(usual > 0.0, over, 1.0))
+            found.append(over_usual(means.mean()[0], usual, LEAST))
         return np.asarray(np.min(found, axis=0))
 
     def learn(
@@ -63,8 +62,22 @@ class Aliased:
         chosen = chosen & (motion[:, None] | ~has_moved)
         for means, usual in zip(self.means, self.usual, strict=True):
             usual[anew] = 0.0
-            share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
-            usual += np.where(chosen[..., None], share * (means.mean()[0] - usual), 0.0)
+            learn_usual(usual, means.mean()[0], seconds, chosen)
+
+
+def over_usual(variance: FloatArray, usual: FloatArray, least: tuple[float, float]) -> FloatArray:
+    """Returns variances (..., b, n, 2) over the usual ones (b, n, 2), which are `least` squared at least.
+
+    It is 1 before anything is usual.
+    """
+    over = variance / np.maximum(usual, np.array(least) ** 2)
+    return np.asarray(np.where(usual > 0.0, over, 1.0))
+
+
+def learn_usual(usual: FloatArray, variance: FloatArray, seconds: float, chosen: NDArray[np.bool_]) -> None:
+    """Moves what is usual (b, n, 2) towards variances of a block, of units that are chosen (b, n)."""
+    share = np.where(usual > 0.0, min(seconds / USUAL_SECONDS, 1.0), 1.0)
+    usual += np.where(chosen[..., None], share * (variance - usual), 0.0)
 
 
 def of_set(ratio: FloatArray, active: NDArray[np.bool_]) -> FloatArray:
