@@ -24,17 +24,21 @@ _WIDEST = 1000
 """Columns of the widest terminal."""
 
 
-class _Checked:
-    """Passes text on.
+class _Passing:
+    """Stands for a stream, but for what it does with text."""
 
-    Raises `OutputError` where it cannot be written, as on a full disk, `ReaderGoneError` where nobody reads.
-    """
-
-    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard output
+    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for a standard stream
         self._stream: Any = stream
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401
         return getattr(self._stream, name)
+
+
+class _Checked(_Passing):
+    """Passes text on.
+
+    Raises `OutputError` where it cannot be written, as on a full disk, `ReaderGoneError` where nobody reads.
+    """
 
     def write(self, text: str) -> int:
         """Writes, or reports why not."""
@@ -59,27 +63,24 @@ class _Checked:
             raise OutputError(f"standard output: cannot be written: {error.strerror or error}") from error
 
 
-class _Lasting:
+class _Lasting(_Passing):
     """Passes text on, and drops it where standard error cannot be written."""
-
-    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard error
-        self._stream: Any = stream
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
-        return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
         """Writes what can be written."""
-        try:
+        with self._dropped():
             self._stream.write(text)
-        except OSError:
-            _discard(self._stream, sys.__stderr__)
         return len(text)
 
     def flush(self) -> None:
         """Flushes what can be written."""
-        try:
+        with self._dropped():
             self._stream.flush()
+
+    @contextmanager
+    def _dropped(self) -> Iterator[None]:
+        try:
+            yield
         except OSError:
             _discard(self._stream, sys.__stderr__)
 
@@ -121,19 +122,17 @@ def lasting_error() -> Iterator[None]:
         yield
 
 
-class _Escaped:
+class _Escaped(_Passing):
     """Passes text on with all that a terminal would obey escaped."""
 
-    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard output
-        self.drawn: Any = stream
+    @property
+    def drawn(self) -> Any:  # noqa: ANN401
         """Takes text as it is."""
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
-        return getattr(self.drawn, name)
+        return self._stream
 
     def write(self, text: str) -> int:
         """Writes, escaped."""
-        self.drawn.write(printable(without_secrets(text)))
+        self._stream.write(printable(without_secrets(text)))
         return len(text)
 
 

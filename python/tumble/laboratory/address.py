@@ -11,12 +11,12 @@ from urllib.parse import unquote
 
 from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_status import expanded
+from tumble.foundation.secrets import HIDDEN
 from tumble.foundation.words import plain
 
 if TYPE_CHECKING:
     from sqlalchemy import URL
 
-HIDDEN = "***"
 _SQLITE = re.compile(r"sqlite:///?(?P<path>.+)")
 _SERVER = re.compile(r"postgres(ql)?(\+psycopg)?://")
 _KINDS = "give a file such as lab.db, or postgresql://USER@HOST/DATABASE"
