@@ -8,8 +8,8 @@ use super::motion::MotionOfSet;
 use super::own::{Others, Own, Reason};
 use super::rest::{self, UnitRest};
 use super::table::{
-    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, RETURNS, SYNCHRONISED,
-    WAIT,
+    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
+    SYNCHRONISED, WAIT,
 };
 use super::test::{MotionMeans, PairComparison, PairFinding, PairTest, TestConditions, Timing};
 use super::vibration::{self, Vibration};
@@ -226,16 +226,18 @@ where
     /// Takes note of a pause of all units, in which none is silent by itself: nobody sent for half the time after which the quickest
     /// unit is late.
     fn take_note_of_pause(&mut self, time: u64) {
+        let gap = self.newest.map_or(0, |newest| time.saturating_sub(newest));
+        let gap = seconds::<T>(gap) * real(2.0);
+        self.newest = self.newest.max(Some(time));
+        // Nearly all samples come sooner than any unit is late.
+        if gap <= real(LATE.0) {
+            return;
+        }
         let mut late_after = self.units.iter().map(|unit| unit.windows.late_after());
         let first = late_after.next().unwrap_or(T::zero());
-        let quickest = late_after.fold(first, smaller);
-        if let Some(newest) = self.newest
-            && time > newest
-            && seconds::<T>(time - newest) > quickest * real(0.5)
-        {
+        if gap > late_after.fold(first, smaller) {
             self.units.iter_mut().for_each(|unit| unit.windows.resume(time));
         }
-        self.newest = self.newest.max(Some(time));
     }
 
     /// The window that all units have ended, or for which none is waited any longer.
