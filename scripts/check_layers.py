@@ -87,6 +87,7 @@ DATA = {
     "message",
     *READING,
     "secrets",
+    "serials",
     *(
         "days",
         "names",
@@ -164,6 +165,7 @@ LAYERS: dict[str, set[str]] = {
     "body_axes": set(),
     "secrets": set(),
     "errors": {"secrets", "words"},
+    "serials": {"errors", "words"},
     "folder_lock": {"errors", "numbers"},
     "file_status": {"errors"},
     "bounded_json": {"words"},

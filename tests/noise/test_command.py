@@ -125,7 +125,7 @@ def test_moving_log_is_refused_in_one_line_and_writes_nothing(tmp_path):
 
 def test_logs_of_different_rates_are_not_joined(log, tmp_path):
     typed("simulate", "static", "--duration", "60s", "--rate", 50, "-o", tmp_path)
-    done = typed("noise", log, tmp_path / "static.csv", "-o", tmp_path / "out")
+    done = typed("noise", log, tmp_path / "static.csv", "--serial", "SN 1", "-o", tmp_path / "out")
     assert done.code == 2
     assert "join logs of one rate only" in done.err
 

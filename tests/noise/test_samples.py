@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tumble
+from log_fixtures import of_one_unit
 from tumble import _core
 from tumble.foundation.recording import Chunk, Recording
 from tumble.tools.simulate import simulate_static
@@ -68,7 +69,7 @@ def test_a_step_at_a_gap_is_no_noise():
 
 
 def test_several_logs_are_records_of_one_sensor():
-    logs = [record(seed) for seed in (1, 2)]
+    logs = of_one_unit([record(seed) for seed in (1, 2)])
     joined = tumble.noise(logs)
     alone = [tumble.noise(log) for log in logs]
     assert joined.still.logs == 2

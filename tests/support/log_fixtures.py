@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,11 @@ def made_up(samples=2000, rate=200.0, seed=1, start=0.0, temperature=True):
     gyroscope[samples // 2 :, 2] += 1.0
     degrees = 25.0 + np.linspace(0.0, 1.0, samples)
     return Chunk(time, accelerometer, gyroscope, degrees if temperature else None)
+
+
+def of_one_unit(recordings):
+    """Recordings without the serial numbers by which those of several seeds differ."""
+    return [replace(each, metadata=replace(each.metadata, serial="")) for each in recordings]
 
 
 def assert_said_to_be_cut_short(path, whole):

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 import tumble
+from log_fixtures import of_one_unit
 from tumble._core import VOCABULARY
 from tumble.calibration.document import Calibration
 from tumble.foundation.recording import Chunk, Recording
@@ -190,7 +191,7 @@ def test_poses_turned_over_by_hand_show_scale():
 
 
 def test_sessions_are_joined_and_sharpen_the_drift():
-    logs = [session(seed=seed).recording for seed in (SEED, SEED + 1)]
+    logs = of_one_unit([session(seed=seed).recording for seed in (SEED, SEED + 1)])
     alone, both = tumble.thermal(logs[0]), tumble.thermal(logs)
     assert both.blocks.poses == 2
     assert both["gyroscope x"].slope.sigma < alone["gyroscope x"].slope.sigma

@@ -2,11 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from tumble.acquisition.stamps import open_sampled
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.recording import Recording, SampleProgress
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.serials import refuse_several_units
+from tumble.logs import ReadOptions
 
 
-def refuse_other_triads(first: Recording, recording: Recording) -> None:
+def open_joined(
+    sources: RecordingSource | Sequence[RecordingSource], read: ReadOptions | None
+) -> tuple[Recording, ...]:
+    """Opens the logs of one sensor.
+
+    Raises `TumbleError`, in one line, where one cannot be read, holds other triads than the first, or states
+    another serial number.
+    """
+    recordings = tuple(open_sampled(source, read) for source in sources_of(sources))
+    try:
+        refuse_several_units((each.metadata.serial for each in recordings), "logs")
+    except ProcedureError as error:
+        raise ProcedureError(error.why, about=", ".join(each.name for each in recordings)) from None
+    for recording in recordings[1:]:
+        _refuse_other_triads(recordings[0], recording)
+    return recordings
+
+
+def _refuse_other_triads(first: Recording, recording: Recording) -> None:
     """Raises `ProcedureError`, in one line, where a log holds other triads than the first."""
     if recording.metadata.triads != first.metadata.triads:
         raise ProcedureError(

@@ -38,6 +38,7 @@ from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, TriadName
 from tumble.foundation.schemas import REFERENCE_CERTIFICATE
+from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import UNITS
 from tumble.foundation.words import quoted
 
@@ -454,7 +455,7 @@ def refuse_unfit_certificate(certificate: ReferenceCertificate, about: str, day:
             "reference calibrated, or give its newest certificate"
         )
     stated = certificate.reference.serial
-    if serial and stated and serial != stated:
+    if are_of_two(serial, stated):
         raise CalibrationFileError(
             f"{about}: is of serial {quoted(stated)}, and the reference is {quoted(serial)}; give its own "
             "certificate"

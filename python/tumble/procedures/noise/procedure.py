@@ -12,14 +12,13 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged
 from tumble.acquisition.imu import Imu, digest_of, log_name
-from tumble.acquisition.joined import progress_of_log, refuse_other_triads
+from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.messages import REST_REJECTIONS
-from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.noise_terms import TERM_UNITS
-from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import INTERVAL, Parameter
 from tumble.foundation.units import UNITS, Triad
 from tumble.logs import ReadOptions
@@ -51,13 +50,12 @@ def noise(
 
     Method: docs/theory/noise.md.
     """
-    recordings = [open_sampled(source, read) for source in sources_of(sources)]
+    recordings = open_joined(sources, read)
     first = recordings[0]
     before = started_from(calibration, first.metadata)
     triads = first.metadata.triads
     units: list[Imu] = []
     for recording in recordings:
-        refuse_other_triads(first, recording)
         unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
         _refuse_unless_still(unit)
         _refuse_other_rate(units[0] if units else unit, unit)

@@ -17,6 +17,7 @@ from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.serials import are_of_two
 from tumble.procedures.redundancy.result import UNKNOWN, SecondaryError, Sensor
 from tumble.procedures.redundancy.units import UnitSettings
 
@@ -38,7 +39,7 @@ def by_unit(factory: Factory, serials: Mapping[str, str]) -> dict[str, Calibrati
             raise ProcedureError(f"factory: {unit}: is none of {', '.join(serials)}; use one of these names")
         if unit in named:
             raise ProcedureError(f"factory: {unit}: has two calibrations; leave one out")
-        if calibration.serial and serials[unit] and calibration.serial != serials[unit]:
+        if are_of_two(calibration.serial, serials[unit]):
             raise ProcedureError(
                 f"factory: {unit}: has serial {serials[unit]}, the calibration is of {calibration.serial}; "
                 "give that of the unit"

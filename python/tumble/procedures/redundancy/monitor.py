@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from tumble import _core
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import calibration_of
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.file_names import file_stem, unit_stem
@@ -21,6 +22,7 @@ from tumble.foundation.file_status import exists
 from tumble.foundation.files import prepare_folder
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import Precision
+from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import CHANNELS, Channel
 from tumble.logs.aiding import Aiding, NativeAiding, in_order, order
 from tumble.procedures.redundancy.factory import Factory, by_unit, factory_errors
@@ -108,12 +110,12 @@ class RedundancyMonitor:
         self.settings = settings_from(settings)
         if as_published:
             self.settings = RedundancySettings.as_published().and_then(self.settings)
-        self._given = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
         self._known = _known_units(self.settings, self.units, channels or {})
         self.serials = _serials(dict(zip(self.units, self._known, strict=True)), serials or {})
         """Serial numbers by name, empty where none is known."""
         self.identities = identities_of(self.units, self.settings, self.serials)
         """Identities by which stored errors know the units, primary first."""
+        self._given = calibration_of(calibration, self.identities[0].serial, about=primary)
         self._store = None if store is None else ErrorStore(prepare_folder(store), self.identities[0])
         self.applied = self._given or self._stored_calibration()
         """The primary's own calibration."""
@@ -359,7 +361,7 @@ class RedundancyMonitor:
             return None
         path, primary = self._store.primary_path, self.identities[0]
         stored = Calibration.load(path)
-        if stored.serial and primary.serial and stored.serial != primary.serial:
+        if are_of_two(stored.serial, primary.serial):
             raise CalibrationFileError(
                 f"{path}: is of the unit with serial {stored.serial}, but the log is of {primary.name} with "
                 f"serial {primary.serial}; give each set a --store of its own"
@@ -468,7 +470,7 @@ def _serials(units: Mapping[str, UnitSettings], logged: Mapping[str, str]) -> di
     found: dict[str, str] = {}
     for name, own in units.items():
         stated = logged.get(name, "")
-        if own.serial and stated and own.serial != stated:
+        if are_of_two(own.serial, stated):
             raise ProcedureError(
                 f"units: {name}: serial is {own.serial}, but its log states {stated}; leave it out, or "
                 "give the log of that unit"

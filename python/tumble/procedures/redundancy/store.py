@@ -34,6 +34,7 @@ from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import STORED_ERROR
+from tumble.foundation.serials import are_of_two
 from tumble.procedures.redundancy.result import (
     RECORDED,
     UNKNOWN,
@@ -241,7 +242,7 @@ def _refuse_other_serials(path: Path, stored: StoredError, unit: Identified, pri
         (f"is the {stored.sensor} of", stored.unit, stored.serial, unit),
         ("was calibrated against", stored.primary, stored.primary_serial, primary),
     ):
-        if serial and now.serial and serial != now.serial:
+        if are_of_two(serial, now.serial):
             raise CalibrationFileError(
                 f"{path}: {found} {name} with serial {serial}, but the log is of {now.name} with serial "
                 f"{now.serial}; give each set a --store of its own"

@@ -13,6 +13,7 @@ from tumble import _core
 from tumble.acquisition.acquire import refuse_if_misread, rests_of, trace_of
 from tumble.acquisition.repetitions import frozen_stretches
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import calibration_of
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
@@ -97,7 +98,8 @@ class LiveSpin:
         self._source = source
         self._typed = typed or source.name
         self._serial = serial
-        self._machine = SpinMachine(options, calibration=calibration, precision=precision)
+        applied = calibration_of(calibration, serial, about=source.name)
+        self._machine = SpinMachine(options, calibration=applied, precision=precision)
         self._options = self._machine.options
         self._segmenter = _core.Segmenter()
         self._acquired: _core.Acquired | None = None

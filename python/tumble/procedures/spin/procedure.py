@@ -23,6 +23,7 @@ from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import correction_notice
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import calibration_of
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
@@ -94,8 +95,9 @@ def spin(
     """
     place = local_gravity(gravity, latitude, height, gravity_uncertainty)
     strength = place.value
-    applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_sampled(source, read)
+    about = recording.metadata
+    applied = calibration_of(calibration, about.serial, about=about.source)
     preset = TurnPreset(duration, rate, turns)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},

@@ -11,13 +11,12 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged
 from tumble.acquisition.imu import Imu, digest_of, log_name
-from tumble.acquisition.joined import progress_of_log, refuse_other_triads
+from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.notices import correction_notice
-from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Parameter
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.logs import ReadOptions
@@ -58,14 +57,13 @@ def thermal(
 
     Method: docs/theory/thermal.md.
     """
-    recordings = [open_sampled(source, read) for source in sources_of(sources)]
+    recordings = open_joined(sources, read)
     first = recordings[0]
     before = started_from(calibration, first.metadata)
     asked = _reference(before, calibration_temperature)
     recorder = _core.ThermalRecorder()
     units: list[Imu] = []
     for recording in recordings:
-        refuse_other_triads(first, recording)
         unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
         _refuse_unfit(unit)
         units.append(unit)

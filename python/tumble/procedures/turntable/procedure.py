@@ -18,6 +18,7 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
+from tumble.calibration.start import calibration_of
 from tumble.foundation.errors import LogError, ProcedureError, TargetsError, TumbleError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.provenance import Provenance, date_now, log_digest
@@ -130,11 +131,7 @@ def open_session(
     _refuse_unknown(truth=(truth, TruthSource), clock=(clock, Clocks))
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
-    applied = (
-        Calibration.load(reference_calibration)
-        if isinstance(reference_calibration, str | Path)
-        else reference_calibration
-    )
+    applied = calibration_of(reference_calibration)
     refuse_unknown_grade("reference", reference_grade)
     refuse_unknown_grade("target", target_grade)
     certified = CertifiedReference.of(reference_certificate)
@@ -175,6 +172,9 @@ def open_session(
         refuse_without_gyroscope(unit)
     if certified is not None:
         certified.refuse_unfit(unit)
+    else:
+        about = unit.recording.metadata
+        calibration_of(applied, about.serial, about=about.source, option="--reference-calibration")
     uncertainty = reference_uncertainty(
         applied,
         reference_grade,

@@ -11,6 +11,7 @@ from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
+from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording
@@ -123,7 +124,7 @@ def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool
     """Describes misuses that make corrected samples worse than raw ones of the unit of that serial number."""
     if already_corrected:
         yield "was corrected already"
-    if calibration.serial and serial and calibration.serial != serial:
+    if are_of_two(calibration.serial, serial):
         yield f"is of unit {serial}, the calibration of unit {calibration.serial}"
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
+from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.tools.compare.inheritance import inherited_apart
@@ -24,7 +25,7 @@ def notes_on(
 ) -> Iterator[str]:
     """Describes conditions that limit the comparison of a pair."""
     labels = models[0].label, models[1].label
-    if first.serial != second.serial and first.serial and second.serial:
+    if are_of_two(first.serial, second.serial):
         yield f"serial {first.serial} and serial {second.serial}: these are two units"
     yield from _missing(models)
     if turned:

@@ -10,6 +10,7 @@ import numpy as np
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.serials import refuse_several_units
 from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.tools.plateaus import messages
@@ -97,9 +98,7 @@ def _leg(temperatures: Sequence[float], k: int) -> float:
 
 
 def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) -> None:
-    serials = {each.serial for each in calibrations if each.serial}
-    if len(serials) > 1:
-        raise ProcedureError(f"are of units {join(sorted(serials))}; give calibrations of one unit")
+    refuse_several_units((each.serial for each in calibrations), "calibrations")
     found = {"" if each.method is None else each.method.procedure for each in calibrations}
     if len(found) > 1:
         listed = join(sorted(word or "none stated" for word in found))

@@ -16,6 +16,7 @@ from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import log_digest
 from tumble.foundation.recording import Recording
+from tumble.foundation.serials import are_of_two
 from tumble.logs import ReadOptions, list_imus, open_recording, parse_spec
 from tumble.tools.apply.procedure import warnings_on
 from tumble.tools.inspect.procedure import inspect
@@ -260,7 +261,9 @@ def open_viewing(
             f"{len(units)} units are too many to show together; name at most {MOST_UNITS}, LOG:NAME"
         )
     if len(loaded) == 1 and len(units) == 1:
-        units[0].samples.calibration = loaded[0]
+        about = units[0].samples.recording.metadata
+        if not are_of_two(loaded[0].serial, about.serial):
+            units[0].samples.calibration = loaded[0]
     used = {id(unit.samples.calibration) for unit in units}
     for path, calibration in zip(calibrations, loaded, strict=True):
         if id(calibration) not in used:

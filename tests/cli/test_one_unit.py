@@ -1,0 +1,121 @@
+"""All that is taken together for one unit is of one unit, or is refused by the two serial numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import typer
+
+from made_up_calibrations import made_up
+from tumble.cli.commands import COMMANDS, command_line
+from turntable_sessions import one_line, typed
+
+CALIBRATED = {
+    "spin": lambda log, other, known: (log, "--calibration", known),
+    "multipose": lambda log, other, known: (log, "--calibration", known),
+    "magnetometer": lambda log, other, known: (log, "--calibration", known),
+    "noise": lambda log, other, known: (log, "--calibration", known),
+    "thermal": lambda log, other, known: (log, "--calibration", known),
+    "apply": lambda log, other, known: (known, log),
+    "view": lambda log, other, known: (log, "--calibration", known, "--no-browser"),
+    "turntable": lambda log, other, known: (log, other, "--reference-calibration", known),
+    "redundancy": lambda log, other, known: (
+        *("--primary", log, "--secondary", other, "--set", "units.log.serial=SN-2"),
+        *("--calibration", known),
+    ),
+}
+"""Commands that use one calibration with a log of its unit, as they are typed."""
+SEVERAL = {"noise": "logs", "thermal": "logs", "plateaus": "calibrations"}
+"""Commands that take several logs or calibrations for those of one unit."""
+APART = {
+    *("turntable", "redundancy", "compare", "export", "inspect", "view", "record"),
+    *("registry add", "registry due", "certificate issue", "certificate verify"),
+}
+"""Commands that take several arguments, each for a unit of its own."""
+
+
+def commands_below(command, name=""):
+    """Gives every command with its name."""
+    below = getattr(command, "commands", {})
+    if not below:
+        yield name, command
+    for word, each in below.items():
+        yield from commands_below(each, f"{name} {word}".strip())
+
+
+@pytest.fixture(scope="module")
+def commands():
+    return dict(commands_below(typer.main.get_command(command_line(list(COMMANDS)))))
+
+
+def write_log(path, serial):
+    random = np.random.default_rng(len(serial))
+    count = 3000
+    rows = np.column_stack(
+        [
+            np.arange(count) / 100.0,
+            random.normal([0.0, 0.0, 9.8], 0.02, (count, 3)),
+            random.normal(0.0, 0.002, (count, 3)),
+            random.normal([20.0, 5.0, -40.0], 0.1, (count, 3)),
+            np.full(count, 25.0),
+        ]
+    )
+    head = f"# serial: {serial}\ntime,ax,ay,az,gx,gy,gz,mx,my,mz,temperature"
+    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.9g")
+    return path
+
+
+@pytest.fixture
+def files(tmp_path):
+    """A log of unit SN-2, one of unit SN-3, and a calibration of unit SN-1."""
+    made_up("SN-1").save(tmp_path / "known.yaml")
+    return (
+        write_log(tmp_path / "log.csv", "SN-2"),
+        write_log(tmp_path / "b.csv", "SN-3"),
+        tmp_path / "known.yaml",
+    )
+
+
+def test_each_command_with_a_calibration_is_in_the_law(commands):
+    options = {"--calibration", "--reference-calibration", "calibration"}
+    having = {
+        name
+        for name, command in commands.items()
+        if any(options.intersection(parameter.opts) for parameter in command.params)
+    }
+    assert having == set(CALIBRATED)
+
+
+def test_each_command_with_several_arguments_is_in_the_law(commands):
+    several = {
+        name
+        for name, command in commands.items()
+        if any(each.param_type_name == "argument" and each.nargs == -1 for each in command.params)
+    }
+    assert several == set(SEVERAL) | APART
+
+
+@pytest.mark.parametrize("command", CALIBRATED)
+def test_a_calibration_of_another_unit_is_refused(command, files, tmp_path):
+    output = (
+        () if command == "view" else ("-o", tmp_path / "out" if command != "apply" else tmp_path / "x.csv")
+    )
+    done = typed(command, *CALIBRATED[command](*files), *output)
+    assert done.code == 2, done.out + done.err
+    line = one_line(done.err)
+    assert "is of unit" in line
+    assert "SN-1" in line
+    assert "SN-2" in line or command == "view"
+    assert not (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.parametrize("command", SEVERAL)
+def test_logs_of_two_units_are_not_taken_for_one(command, files, tmp_path):
+    given = files[:2]
+    if SEVERAL[command] == "calibrations":
+        given = [tmp_path / f"{serial}.yaml" for serial in ("SN-2", "SN-3")]
+        for path in given:
+            made_up(path.stem).save(path)
+    done = typed(command, *given, "-o", tmp_path / "out")
+    assert done.code == 2, done.out + done.err
+    assert f"are of units SN-2 and SN-3; give {SEVERAL[command]} of one unit" in one_line(done.err)
