@@ -88,6 +88,7 @@ DATA = {
     *READING,
     "secrets",
     "serials",
+    "log_reading",
     *(
         "days",
         "names",
@@ -166,6 +167,7 @@ LAYERS: dict[str, set[str]] = {
     "secrets": set(),
     "errors": {"secrets", "words"},
     "serials": {"errors", "words"},
+    "log_reading": set(),
     "folder_lock": {"errors", "numbers"},
     "file_status": {"errors"},
     "bounded_json": {"words"},
@@ -177,7 +179,7 @@ LAYERS: dict[str, set[str]] = {
     "project_file": READING | {"errors", "words"},
     "arrays": {"errors"},
     "magnetic": {"arrays", "errors", "words"},
-    "recording": {"errors", "arrays", "frames", "magnetic", "names", "units", "words"},
+    "recording": {"errors", "arrays", "frames", "log_reading", "magnetic", "names", "units", "words"},
     "firmware": {"errors", "magnetic", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
@@ -189,7 +191,7 @@ LAYERS: dict[str, set[str]] = {
     "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
     | {"schemas", "words", "names", "file_reading"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_time"},
+    "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_time", "log_reading"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
@@ -201,7 +203,7 @@ LAYERS: dict[str, set[str]] = {
     "logs": READING
     | {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "executors", "log_time", "magnetic", "names", "debugging", "_core"},
+    | {"body_axes", "executors", "log_reading", "log_time", "magnetic", "names", "debugging", "_core"},
     "live": {
         "numbers",
         "units",

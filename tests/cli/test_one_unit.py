@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 import typer
 
+from calibrated_commands import CALIBRATED, SEVERAL, write_log
 from made_up_calibrations import made_up
 from tumble.cli.commands import COMMANDS, command_line
 from turntable_sessions import one_line, typed
 
-CALIBRATED = {
-    "spin": lambda log, other, known: (log, "--calibration", known),
-    "multipose": lambda log, other, known: (log, "--calibration", known),
-    "magnetometer": lambda log, other, known: (log, "--calibration", known),
-    "noise": lambda log, other, known: (log, "--calibration", known),
-    "thermal": lambda log, other, known: (log, "--calibration", known),
-    "apply": lambda log, other, known: (known, log),
-    "view": lambda log, other, known: (log, "--calibration", known, "--no-browser"),
-    "turntable": lambda log, other, known: (log, other, "--reference-calibration", known),
-    "redundancy": lambda log, other, known: (
-        *("--primary", log, "--secondary", other, "--set", "units.log.serial=SN-2"),
-        *("--calibration", known),
-    ),
-}
-"""Commands that use one calibration with a log of its unit, as they are typed."""
-SEVERAL = {"noise": "logs", "thermal": "logs", "plateaus": "calibrations"}
-"""Commands that take several logs or calibrations for those of one unit."""
 APART = {
     *("turntable", "redundancy", "compare", "export", "inspect", "view", "record"),
     *("registry add", "registry due", "certificate issue", "certificate verify"),
@@ -46,23 +29,6 @@ def commands_below(command, name=""):
 @pytest.fixture(scope="module")
 def commands():
     return dict(commands_below(typer.main.get_command(command_line(list(COMMANDS)))))
-
-
-def write_log(path, serial):
-    random = np.random.default_rng(len(serial))
-    count = 3000
-    rows = np.column_stack(
-        [
-            np.arange(count) / 100.0,
-            random.normal([0.0, 0.0, 9.8], 0.02, (count, 3)),
-            random.normal(0.0, 0.002, (count, 3)),
-            random.normal([20.0, 5.0, -40.0], 0.1, (count, 3)),
-            np.full(count, 25.0),
-        ]
-    )
-    head = f"# serial: {serial}\ntime,ax,ay,az,gx,gy,gz,mx,my,mz,temperature"
-    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.9g")
-    return path
 
 
 @pytest.fixture

@@ -92,7 +92,8 @@ def acquire(
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
     notices = (*counts.notices(), *temperatures.notices())
-    facts = LogFacts(duration=duration, axes=recording.metadata.body, time=LogTime(start))
+    about = recording.metadata
+    facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
     return Imu(recording, acquired, notices, facts, head.digest())

@@ -66,6 +66,7 @@ def added(result: Addition, verdict: Verdict, procedure: str, group: str, found:
         "name": result.name,
         "serial": result.serial,
         "axes": axes.pop() if len(axes) == 1 else None,
+        "reading": result.logs[0].reading or None if result.logs else None,
     }
     content = _contributed(before, run)
     for triad, new in found.items():

@@ -39,6 +39,7 @@ from tumble.foundation.documents import (
 )
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import note_document
+from tumble.foundation.log_reading import AS_LOGGED, LogReading
 from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.plain import finite_or_none, short
 from tumble.foundation.recording import Chunk, FloatArray
@@ -349,6 +350,31 @@ class Log(Document):
     """s."""
 
 
+class Reading(Document):
+    """Options by which the logs were read that a calibration was found from, and what had corrected them.
+
+    Units, scales and zeros are those of the log.
+    """
+
+    axes: str = AS_LOGGED
+    """Case axes in terms of the log's, such as `y,-x,z`."""
+    accelerometer_sign: int | None = None
+    """-1 where the signs of the accelerometer were changed."""
+    accelerometer_zero: Vector | None = None
+    gyroscope_zero: Vector | None = None
+    accelerometer_scale: Vector | None = None
+    """Counts per unit."""
+    gyroscope_scale: Vector | None = None
+    magnetometer_scale: Vector | None = None
+    accelerometer_unit: str | None = None
+    """Unit that the user stated."""
+    gyroscope_unit: str | None = None
+    magnetometer_unit: str | None = None
+    correction: str | None = None
+    """Correction of the samples before they were logged or converted, on top of which the calibration holds:
+    `sha256:...` of the calibration that made it, or its source in words."""
+
+
 class ReferenceUncertainty(Document):
     """Source of the uncertainty of the reference: `calibration`, `grade tactical`, or `not stated`.
 
@@ -436,6 +462,8 @@ class Calibration(Document):
     axes: str | None = None
     """Directions of the case axes x, y and z in a vehicle (F or B, L or R, U or D), such as FRD, where the
     log defines them."""
+    reading: Reading | None = None
+    """Options by which the logs were read; absent in files that do not state it."""
     log: Log | None = None
     verdict: str = ""
     """`pass` or `fail` by the limits below, `calibrated` where there were none, or `model not met`."""
@@ -488,6 +516,7 @@ class Calibration(Document):
         newer = {
             "temperature_drift": self.temperature_drifts(CALIBRATED_TRIADS),
             "contributions": self.contributions,
+            "reading": self.reading,
             "magnetometer": self.magnetometer,
         }
         for key, value in newer.items():
@@ -614,6 +643,11 @@ class Calibration(Document):
             ("magnetometer", self.magnetometer),
         )
         return [(kind, triad) for kind, triad in pairs if triad is not None]
+
+    @property
+    def log_reading(self) -> LogReading:
+        """Options by which its logs were read; empty where the file does not state it."""
+        return {} if self.reading is None else self.reading.content()
 
     @property
     def bias_instability(self) -> tuple[float, float] | None:

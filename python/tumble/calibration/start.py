@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_reading import CORRECTION, LogReading, corrected_alike, read_otherwise
 from tumble.foundation.recording import Metadata
 from tumble.foundation.serials import are_of_two
 
@@ -13,19 +14,42 @@ from tumble.foundation.serials import are_of_two
 def calibration_of(
     given: Calibration | Path | str | None,
     serial: str = "",
+    reading: LogReading | None = None,
     *,
     about: str = "",
     option: str = "--calibration",
 ) -> Calibration | None:
     """Reads the calibration of the unit with a serial number, if one is given; `about` is its log.
 
-    Raises `CalibrationFileError` where it cannot be read, `ProcedureError` where it is of another unit.
+    `reading` is how that was read, where it is known. Raises `CalibrationFileError` where the calibration
+    cannot be read, `ProcedureError` where it is of another unit, or of a log that was read otherwise.
     """
     found = Calibration.load(given) if isinstance(given, str | Path) else given
-    if found is not None and are_of_two(found.serial, serial):
+    if found is None:
+        return None
+    if are_of_two(found.serial, serial):
         raise ProcedureError(
             f"{option}: is of unit {found.serial}, the log of unit {serial}; give one of the same unit",
             about=about,
+        )
+    for why in read_otherwise(reading or {}, found.log_reading, f"that of {option}"):
+        raise ProcedureError(f"{why}; read both alike", about=about)
+    return found
+
+
+def applied_first(
+    given: Calibration | Path | str | None, log: Metadata, option: str = "--calibration"
+) -> Calibration | None:
+    """Reads the calibration that a log is corrected with, if one is given.
+
+    Raises as `calibration_of`, and where one of the two logs was corrected before and the other was not.
+    """
+    found = calibration_of(given, log.serial, log.reading, about=log.source, option=option)
+    if found is not None and found.log_reading and not corrected_alike(log.reading, found.log_reading):
+        was = "corrected already" if log.already_corrected else "not corrected before"
+        raise ProcedureError(
+            f"was {was}, and that of {option} was read otherwise: give a log with the same correction",
+            about=log.source,
         )
     return found
 
@@ -33,11 +57,14 @@ def calibration_of(
 def started_from(start: Calibration | Path | str | None, log: Metadata) -> Calibration | None:
     """Reads the calibration of the unit of the log, if there is one to start from.
 
-    Raises `CalibrationFileError` where it cannot be read, `ProcedureError` where it is of another unit, or
-    would take the effect of temperature off a log that was corrected already.
+    Raises as `calibration_of`, and where the effect of temperature would be taken off a log that was
+    corrected already.
     """
-    before = calibration_of(start, log.serial, about=log.source)
-    if before is not None and log.already_corrected and before.temperature_drifts():
+    before = calibration_of(start, log.serial, log.reading, about=log.source)
+    if before is None or not before.temperature_drifts():
+        return before
+    on_top = before.log_reading.get(CORRECTION) and corrected_alike(log.reading, before.log_reading)
+    if log.already_corrected and not on_top:
         raise ProcedureError(
             "was corrected already, so that --calibration would correct it for temperature again; give the "
             "log as recorded",

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tumble.foundation import clock
@@ -15,6 +15,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file, is_folder, is_special
 from tumble.foundation.files import once_per_file
 from tumble.foundation.folder_lock import LOCK_FILE
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
 
 _EPOCH = "SOURCE_DATE_EPOCH"
@@ -45,6 +46,8 @@ class LogFacts:
     """s, from the first sample to the last; of several files their sum."""
     axes: str = ""
     """Directions of the case axes in a vehicle, such as FRD; empty where the log does not define them."""
+    reading: LogReading = field(default_factory=dict)
+    """Options that changed its readings; empty where they are not known."""
     time: LogTime = UNKNOWN_TIME
     """Time by its own clock; of several files, that of the first."""
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from tumble.foundation import arrays, frames
 from tumble.foundation.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
 from tumble.foundation.errors import ArrayError, LogError
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.names import LONGEST_NAME, normal_name
 from tumble.foundation.units import TRIADS, UNITS, Channel, Triad, channels_of
@@ -119,6 +120,8 @@ class Metadata:
     """Declared sample rate in Hz where the log or the user states one."""
     already_corrected: bool | None = None
     """True where the source is known to apply a calibration before logging, None where nobody knows."""
+    reading: LogReading = field(default_factory=dict)
+    """Options that changed its readings; empty for arrays in memory, which are taken as they are."""
     serial: str = ""
     """Serial number of the unit where the log or the user states one."""
     triads: tuple[Triad, ...] = TRIADS

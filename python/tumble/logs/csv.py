@@ -118,6 +118,7 @@ def imu_of_table(
         columns=layout.names,
         expected=expected_rows(path, layout),
         already_corrected=True if "corrected" in layout.preamble else None,
+        correction=layout.preamble.get("corrected", ""),
         notices=layout.notices + notices,
     )
     return with_written_units(table_imu, layout.preamble.get("units"))

@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.log_reading import SCALING
 from tumble.foundation.names import normal_name
 from tumble.foundation.units import Channel
 
 if TYPE_CHECKING:
     from tumble.foundation.recording import RecordingSource
 
+_ZEROS = ("accelerometer_zero", "gyroscope_zero")
+_UNITS = ("accelerometer_unit", "gyroscope_unit", "magnetometer_unit")
 COUNTS = 32768.0
 """Counts of a sensor of 16 bits, to the end of its range."""
 
@@ -98,6 +101,20 @@ class ReadOptions:
             if getattr(self, f"{triad}_scale") is None:
                 object.__setattr__(self, f"{triad}_scale", COUNTS / span)
                 object.__setattr__(self, f"{triad}_unit", getattr(self, f"{triad}_unit") or unit)
+
+    @property
+    def reading(self) -> dict[str, object]:
+        """Options that change readings, as calibration files state them; axes are always among them."""
+        axes = self.axes.replace(" ", "").replace("+", "").lower()
+        found: dict[str, object] = {"axes": axes}
+        if self.accelerometer_sign != 1:
+            found["accelerometer_sign"] = self.accelerometer_sign
+        for name in (*_ZEROS, *SCALING):
+            value = getattr(self, name)
+            numbers = [float(each) for each in value] if isinstance(value, Sequence) else [value] * 3
+            if any(numbers):
+                found[name] = numbers
+        return found | {name: unit for name in _UNITS if (unit := getattr(self, name)) is not None}
 
 
 def options_for(

@@ -48,6 +48,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         serial=facts.get("tumble.serial", ""),
         expected=rows,
         already_corrected=True if "tumble.corrected" in facts else None,
+        correction=facts.get("tumble.corrected", ""),
     )
 
 

@@ -14,6 +14,7 @@ from tumble.foundation.debugging import debug
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.log_formats import AXES_OF, BODY_OF, stem_of
+from tumble.foundation.log_reading import CORRECTION, EARLIER
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 from tumble.logs import formats, table
@@ -208,6 +209,7 @@ def _metadata(
     track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, odd: tuple[str, ...]
 ) -> Metadata:
     as_logged = not notices_on_axes(replace(options, accelerometer_sign=1))
+    corrected = {CORRECTION: track.correction or EARLIER} if track.already_corrected else {}
     body = _body(BODY_OF.get(track.format, ""), options.axes)
     return Metadata(
         name=_name(track),
@@ -222,6 +224,7 @@ def _metadata(
         clock=track.clock if options.rate is None else "",
         rate=rate,
         already_corrected=track.already_corrected,
+        reading=options.reading | corrected,
         serial=options.serial or track.serial,
         triads=track.triads,
         temperature_fault=conversion.temperature_fault,

@@ -96,6 +96,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
+        correction=facts.get("corrected", ""),
         magnetometer=magnetometer_beside(bag, found.name, options, use_stamps=stamped)
         or _magnetometer_within(bag, found, use_stamps=stamped),
         alone=len(imus) == 1,

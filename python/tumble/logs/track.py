@@ -138,6 +138,8 @@ class LoggedImu:
     rate: float | None = None
     serial: str = ""
     already_corrected: bool | None = None
+    correction: str = ""
+    """Source of their correction, where the log names it."""
     undone: bool = False
     """Indicates whether a correction was undone, as the options ask; raw readings have nothing to undo."""
     notices: tuple[str, ...] = ()

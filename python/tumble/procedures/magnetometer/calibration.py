@@ -22,6 +22,7 @@ def calibration_of(result: MagnetometerResult) -> Calibration:
         "software": result.software,
         **result.provenance.content(),
         "axes": result.log.axes or None,
+        "reading": result.log.reading or None,
         "log": log_content(result.source, result.log),
         "verdict": result.verdict,
         "method": {"procedure": "magnetometer", "truth": "Earth's field", "options": plain(result.options)},

@@ -198,6 +198,7 @@ def _facts(recording: Recording, track: MagneticTrack) -> LogFacts:
         sha256=digest_of(recording),
         duration=float(track.time[-1] - track.time[0]) if len(track) else 0.0,
         axes=metadata.body,
+        reading=metadata.reading,
         time=LogTime(float(track.time[0]) if len(track) else math.nan),
     )
 

@@ -21,6 +21,7 @@ def calibration_of(result: MultiposeResult) -> Calibration:
         "software": result.software,
         **result.provenance.content(),
         "axes": result.log.axes or None,
+        "reading": result.log.reading or None,
         "log": log_content(result.source, result.log),
         "verdict": result.verdict,
         "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},

@@ -48,6 +48,7 @@ def _content(
         "serial": result.serials.get(unit, ""),
         "software": result.software,
         **result.provenance.content(),
+        "reading": result.readings.get(unit) or None,
         "method": {
             "procedure": "redundancy",
             "truth": f"readings of {result.primary}{', calibrated' if primary else ''}",

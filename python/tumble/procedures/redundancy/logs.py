@@ -11,6 +11,7 @@ import numpy as np
 from tumble.acquisition.duplicate_sensors import GyroscopeHead, duplicate_sensors
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.file_status import exists
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.units import Channel
@@ -75,6 +76,11 @@ def open_units(
 def serials_of(units: Sequence[UnitLog]) -> dict[str, str]:
     """Returns the serials that logs state, by the names of units; empty where none is stated."""
     return {unit.name: unit.recording.metadata.serial if unit.recording is not None else "" for unit in units}
+
+
+def readings_of(units: Sequence[UnitLog]) -> dict[str, LogReading]:
+    """Returns how logs were read, by the names of units that are not missing."""
+    return {unit.name: unit.recording.metadata.reading for unit in units if unit.recording is not None}
 
 
 def channels_of_units(units: Sequence[UnitLog]) -> dict[str, tuple[Channel, ...]]:

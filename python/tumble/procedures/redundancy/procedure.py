@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import applied_first
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
 from tumble.foundation.results import Precision
@@ -22,6 +23,7 @@ from tumble.procedures.redundancy.logs import (
     channels_of_units,
     has_own_log,
     open_units,
+    readings_of,
     serials_of,
 )
 from tumble.procedures.redundancy.monitor import COMMANDS, Command, RedundancyMonitor, SettingValues
@@ -73,6 +75,8 @@ def redundancy(
     others = [secondaries] if isinstance(secondaries, SingleAxes) else sources_of(secondaries)
     units = open_units((primary, *others), log, read, allow_missing)
     names = tuple(unit.name for unit in units)
+    if units[0].recording is not None:
+        calibration = applied_first(calibration, units[0].recording.metadata)
     recorded = () if log is None else recorded_aiding(log)
     said = in_order(aiding_measurements_of(aiding, aiding_sigma) or recorded, names)
     monitor = RedundancyMonitor(
@@ -104,6 +108,7 @@ def redundancy(
         traces=replayed.traces(),
         replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
         output=replayed.output() if keep_output else None,
+        readings=readings_of(units),
     )
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
@@ -256,6 +257,8 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """When and by whom it was found."""
     serials: Mapping[str, str] = field(default_factory=dict)
     """Serial numbers of the units whose logs state them, by name."""
+    readings: Mapping[str, LogReading] = field(default_factory=dict, repr=False)
+    """Options that changed the readings of logs, by the names of units; empty where they are not known."""
     defaults: Mapping[str, object] = field(default_factory=dict)
     """Default settings, by name; empty if unknown."""
     identities: tuple[Identified, ...] = ()

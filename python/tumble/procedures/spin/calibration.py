@@ -36,6 +36,7 @@ def _content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any]:
         "software": result.software,
         **result.provenance.content(),
         "axes": result.axes or before.get("axes"),
+        "reading": result.reading or before.get("reading"),
         "verdict": result.verdict,
         "method": {"procedure": "spin", "truth": result.spins[-1].method, "options": _options(result)},
         "gravity": gravity_content(result),

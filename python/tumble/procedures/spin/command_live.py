@@ -173,7 +173,14 @@ def run_live(
     recorded = recorded_source(ResumableSource(stream), session, typed=source, serial=serial)
     with no_empty_folder(folder), recorded as samples, samples:
         prepare_unit_files(folder, stream.name, "live")
-        live = LiveSpin(samples, options, typed=source, serial=serial, calibration=calibration)
+        live = LiveSpin(
+            samples,
+            options,
+            typed=source,
+            serial=serial,
+            calibration=calibration,
+            reading=read_options.reading,
+        )
         _run(live, source, options, voice, session)
         result = live.result()
         well = result.verdict == "calibrated"

@@ -16,6 +16,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.start import calibration_of
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import Precision, Rest
@@ -82,7 +83,8 @@ class LiveSpin:
 
     A workstation has f64 and so uses it: nothing is lost by it, and what is found differs from the f32 of a
     device by far less than its sigma. `precision` shows what the device would find. `typed` is what the user
-    called the source, `serial` the serial number of the unit; a `calibration` is applied first.
+    called the source, `serial` the serial number of the unit; a `calibration` is applied first. `reading`
+    are the options by which samples are read.
     """
 
     def __init__(
@@ -93,12 +95,14 @@ class LiveSpin:
         typed: str = "",
         serial: str = "",
         calibration: Calibration | None = None,
+        reading: LogReading | None = None,
         precision: Precision = "f64",
     ) -> None:
         self._source = source
         self._typed = typed or source.name
         self._serial = serial
-        applied = calibration_of(calibration, serial, about=source.name)
+        self._reading = reading or {}
+        applied = calibration_of(calibration, serial, self._reading, about=source.name)
         self._machine = SpinMachine(options, calibration=applied, precision=precision)
         self._options = self._machine.options
         self._segmenter = _core.Segmenter()
@@ -150,6 +154,7 @@ class LiveSpin:
             name=self._source.name,
             source=self._typed,
             serial=self._serial,
+            reading=self._reading,
             spins=(spin,),
             accelerometer_bias=combined.accelerometer_bias,
             gyroscope_bias=combined.gyroscope_bias,

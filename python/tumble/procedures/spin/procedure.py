@@ -23,7 +23,7 @@ from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import correction_notice
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
-from tumble.calibration.start import calibration_of
+from tumble.calibration.start import applied_first
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
@@ -96,8 +96,7 @@ def spin(
     place = local_gravity(gravity, latitude, height, gravity_uncertainty)
     strength = place.value
     recording = open_sampled(source, read)
-    about = recording.metadata
-    applied = calibration_of(calibration, about.serial, about=about.source)
+    applied = applied_first(calibration, recording.metadata)
     preset = TurnPreset(duration, rate, turns)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},
@@ -138,6 +137,7 @@ def spin(
         source=log_name(recording),
         serial=recording.metadata.serial,
         axes=recording.metadata.body,
+        reading=recording.metadata.reading,
         spins=spins,
         accelerometer_bias=combined.accelerometer_bias,
         gyroscope_bias=combined.gyroscope_bias,

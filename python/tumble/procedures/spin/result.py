@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from tumble.foundation.log_reading import LogReading
 from tumble.foundation.log_time import FROM_START, UNKNOWN_TIME, LogTime
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
@@ -235,6 +236,8 @@ class SpinResult(Tabular, Collection[Spin]):
     software: str = ""
     axes: str = ""
     """Directions of the case axes in a vehicle, such as FRD; empty where the log does not define them."""
+    reading: LogReading = field(default_factory=dict, repr=False)
+    """Options that changed the readings of the log; empty where they are not known."""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
     """When and by whom it was found."""
     applied: Mapping[str, object] = field(default_factory=dict, repr=False)

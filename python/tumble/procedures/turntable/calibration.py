@@ -33,6 +33,7 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
         "software": batch.software,
         **target.provenance.content(),
         "axes": target.log.axes or None,
+        "reading": target.log.reading or None,
         "log": log_content(target.source, target.log),
         "verdict": target.verdict,
         "limits": batch.limits or None,

@@ -18,7 +18,7 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
-from tumble.calibration.start import calibration_of
+from tumble.calibration.start import applied_first, calibration_of
 from tumble.foundation.errors import LogError, ProcedureError, TargetsError, TumbleError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.provenance import Provenance, date_now, log_digest
@@ -173,8 +173,7 @@ def open_session(
     if certified is not None:
         certified.refuse_unfit(unit)
     else:
-        about = unit.recording.metadata
-        calibration_of(applied, about.serial, about=about.source, option="--reference-calibration")
+        applied_first(applied, unit.recording.metadata, "--reference-calibration")
     uncertainty = reference_uncertainty(
         applied,
         reference_grade,

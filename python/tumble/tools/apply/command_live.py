@@ -13,6 +13,7 @@ from tumble.foundation.words import count_of
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
+    from tumble.foundation.log_reading import LogReading
     from tumble.live import Source
     from tumble.live.outputs import Output
     from tumble.logs.options import ReadOptions
@@ -37,7 +38,15 @@ def apply_source(
     output = parse_output(to, as_json=as_json)
     stream = open_source(source, read_options, sender=sender)
     with stream:
-        correct(found, stream, output, serial=read_options.serial, force=force, as_json=as_json)
+        correct(
+            found,
+            stream,
+            output,
+            serial=read_options.serial,
+            reading=read_options.reading,
+            force=force,
+            as_json=as_json,
+        )
 
 
 def correct(
@@ -46,6 +55,7 @@ def correct(
     output: Output,
     *,
     serial: str = "",
+    reading: LogReading | None = None,
     force: bool = False,
     as_json: bool = False,
 ) -> None:
@@ -58,7 +68,7 @@ def correct(
     from tumble.live.outputs import STDOUT
     from tumble.tools.apply.live import LiveApply
 
-    live = LiveApply(calibration, source, output, serial=serial, force=force)
+    live = LiveApply(calibration, source, output, serial=serial, reading=reading, force=force)
     over = Event()
     with stopped_by_signals(over.set):
         print(f"Correcting {source.name} to {output.name}. Ctrl-C ends.", file=sys.stderr, flush=True)

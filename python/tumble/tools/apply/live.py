@@ -10,6 +10,7 @@ from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError, ProcedureError
+from tumble.foundation.log_reading import CORRECTION, EARLIER, LogReading
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
@@ -36,7 +37,8 @@ class LiveApplied:
 class LiveApply:
     """Corrects what a source gives, and hands it to an output: `run`, within the source.
 
-    `serial` is that of the unit, where the source does not state it. `force` is as for `apply`.
+    `serial` is that of the unit, where the source does not state it, `reading` how its samples are read.
+    `force` is as for `apply`.
 
     Raises `ProcedureError` where the calibration is of another unit, or the samples are corrected already.
     """
@@ -48,6 +50,7 @@ class LiveApply:
         output: Output,
         *,
         serial: str = "",
+        reading: LogReading | None = None,
         force: bool = False,
     ) -> None:
         self._calibration = calibration
@@ -59,7 +62,8 @@ class LiveApply:
         self._samples, self._delays = 0, DelayCounts()
         self._track: MagneticTrack | None = None
         """Latest readings of the magnetometer; None before the first."""
-        self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=corrected))
+        read = {**(reading or {}), **({CORRECTION: EARLIER} if corrected else {})}
+        self._misuses = tuple(misuses_of(calibration, serial=self._serial, reading=read))
         if self._misuses and not force:
             raise ProcedureError(
                 f"{self._misuses[0]}; give what was measured and the calibration of its unit, or --force",

@@ -10,6 +10,13 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_reading import (
+    CORRECTION,
+    EARLIER,
+    LogReading,
+    corrected_alike,
+    read_otherwise,
+)
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import TRIADS, Triad
@@ -61,16 +68,12 @@ def apply(
     metadata = recording.metadata
     track = corrected_magnetometer(calibration, recording)
     of_magnetometer = calibration.magnetometer is not None and track is not None and track.already_corrected
-    misuses = tuple(
-        misuses_of(
-            calibration,
-            serial=metadata.serial,
-            already_corrected=metadata.already_corrected or of_magnetometer,
-        )
-    )
+    corrected = {CORRECTION: EARLIER} if of_magnetometer else {}
+    misuses = tuple(misuses_of(calibration, serial=metadata.serial, reading=corrected | {**metadata.reading}))
     if misuses and not force:
         raise ProcedureError(
-            f"{misuses[0]}; give the log as recorded and the calibration of its unit, or --force",
+            f"{misuses[0]}; give the log as recorded and read as that of the calibration of its unit, or "
+            "--force",
             about=metadata.source,
         )
     _refuse_without_force(calibration, recording)
@@ -120,10 +123,19 @@ def _refuse_without_force(calibration: Calibration, recording: Recording) -> Non
         )
 
 
-def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool | None) -> Iterator[str]:
-    """Describes misuses that make corrected samples worse than raw ones of the unit of that serial number."""
-    if already_corrected:
-        yield "was corrected already"
+def misuses_of(calibration: Calibration, *, serial: str, reading: LogReading) -> Iterator[str]:
+    """Describes misuses that make corrected samples worse than raw ones of the unit of that serial number.
+
+    `reading` is how its samples were read.
+    """
+    known = calibration.log_reading
+    if not corrected_alike(reading, known):
+        yield (
+            "was corrected already"
+            if reading.get(CORRECTION)
+            else "was not corrected before, as that of the calibration was"
+        )
+    yield from read_otherwise(reading, known, "that of the calibration")
     if are_of_two(calibration.serial, serial):
         yield f"is of unit {serial}, the calibration of unit {calibration.serial}"
 

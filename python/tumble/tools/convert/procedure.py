@@ -12,6 +12,7 @@ import numpy as np
 
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.log_reading import CORRECTION
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
@@ -267,7 +268,7 @@ def _facts(recording: Recording, first: Chunk, *, further: bool = False) -> Fact
     return Facts(
         metadata.frame,
         metadata.serial,
-        _BEFORE if metadata.already_corrected else "",
+        metadata.reading.get(CORRECTION, _BEFORE) if metadata.already_corrected else "",
         metadata.triads,
         ("received",) if further and first.received is not None else (),
     )

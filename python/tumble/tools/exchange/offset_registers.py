@@ -21,6 +21,7 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
+from tumble.foundation.log_reading import turns
 from tumble.foundation.units import UNITS, Triad
 from tumble.tools.exchange.arduino import Add, Operation, Put, sketch
 from tumble.tools.exchange.calibration_parts import BIAS, Loss
@@ -110,9 +111,15 @@ class _Chip:
     def write(self, calibrations: Sequence[Calibration], settings: Settings) -> Written:
         """Writes the file of one IMU.
 
-        Raises `ProcedureError` where it has no bias of a triad that the chip holds, or one that is too large.
+        Raises `ProcedureError` where it has no bias of a triad that the chip holds, one that is too large, or
+        was found from a log that was turned.
         """
         (calibration,) = calibrations
+        if turned := turns(calibration.log_reading):
+            raise ProcedureError(
+                f"{calibration.name}: was found from a log read with {turned}, so that it is not in "
+                f"the axes of {self.name}; calibrate from the log as the chip reads"
+            )
         counts = {triad: self._counts(calibration, triad) for triad in self.triads}
         operations = [
             operation

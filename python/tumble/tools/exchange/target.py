@@ -12,6 +12,7 @@ from tumble.calibration.doubts import doubts
 from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
+from tumble.foundation.log_reading import CORRECTION, turns
 from tumble.foundation.plain import short
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.foundation.words import join
@@ -114,6 +115,20 @@ class Settings:
         return number
 
 
+def _on_top(calibration: Calibration) -> Iterator[str]:
+    """Warns of a calibration that holds for samples that were corrected before, or turned when read."""
+    if turned := turns(calibration.log_reading):
+        yield (
+            f"the calibration {calibration.name} holds for readings that are changed as by {turned}; change "
+            "them alike"
+        )
+    if before := calibration.log_reading.get(CORRECTION):
+        yield (
+            f"the calibration {calibration.name} holds on top of another correction ({before}), which the "
+            "readings need first"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Exported:
     """A file for another program, and its losses."""
@@ -211,7 +226,7 @@ class Target:
         ]
         held = {triad: self.holds.get(triad, ()) for triad in about}
         lost = [loss for each in calibrations for loss in losses(each, held)]
-        warnings = tuple(doubt for each in calibrations for doubt in doubts(each))
+        warnings = tuple(doubt for each in calibrations for doubt in (*doubts(each), *_on_top(each)))
         stated = axes.statement(self.body, self.axes_in_words, before)
         noted = with_remarks(written.content, self.ending, (stated, *warnings))
         silent = warnings and noted is None

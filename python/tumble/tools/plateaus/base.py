@@ -11,7 +11,7 @@ from tumble.calibration.document import Calibration, GyroscopeCalibration, Triad
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.units import CALIBRATED_TRIADS
 
-_SHARED = ("axes", "gravity", "reference")
+_SHARED = ("axes", "reading", "gravity", "reference")
 """Keys of a calibration that the file keeps where all sessions agree."""
 _OF_A_TRIAD = (
     *("unit", "estimated", "unobservable", "rank", "noise_density", "bias_instability", "random_walk"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_reading import read_otherwise
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.serials import refuse_several_units
 from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
@@ -104,6 +105,8 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
         listed = join(sorted(word or "none stated" for word in found))
         raise ProcedureError(f"are of different procedures, {listed}, whose frames differ; give those of one")
     for each, name in zip(calibrations, names, strict=True):
+        for why in read_otherwise(each.log_reading, calibrations[0].log_reading, f"that of {names[0]}"):
+            raise ProcedureError(f"its log {why}; give calibrations of logs read alike", about=name)
         if each.temperature_drifts():
             raise ProcedureError(
                 "has a temperature drift already; give the calibrations that it was made of", about=name

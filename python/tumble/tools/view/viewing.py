@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import calibration_of
 from tumble.foundation.errors import LogError, TumbleError
 from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.file_status import is_file, is_folder
@@ -264,6 +265,9 @@ def open_viewing(
         about = units[0].samples.recording.metadata
         if not are_of_two(loaded[0].serial, about.serial):
             units[0].samples.calibration = loaded[0]
+    for unit in units:
+        how = unit.samples.recording.metadata.reading
+        calibration_of(unit.samples.calibration, reading=how, about=unit.source)
     used = {id(unit.samples.calibration) for unit in units}
     for path, calibration in zip(calibrations, loaded, strict=True):
         if id(calibration) not in used:
