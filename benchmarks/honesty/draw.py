@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.honesty.catalogue import CATALOGUE, Imperfection
 from benchmarks.honesty.law import Judgement, judged, typed
 from benchmarks.honesty.session import SESSIONS
+from benchmarks.honesty.statements import answered
 
 UNDISTURBED = 0.1
 """Share of draws without any imperfection, which show how often intervals hold."""
@@ -42,10 +43,10 @@ def draw(procedure: str, seed: int, pair: bool = False, only: Sequence[str] = ()
         row.put(session, drawn[row.name])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        answer = typed(session.write(folder))
-        words = " ".join(answer.words.replace(name, "").split())
-        named = all(re.search(row.says, words, re.IGNORECASE) for row in rows)
-        return judged(session, seed, drawn, answer, folder / "out", named)
+        statement = answered(session, typed(session.write(folder)), folder / "out")
+        words = " ".join(statement.words.replace(name, "").split())
+        named = bool(rows) and all(re.search(row.says, words, re.IGNORECASE) for row in rows)
+        return judged(session, seed, drawn, statement, named)
 
 
 def judge(seed: int, procedure: str = "multipose", pair: bool = False) -> dict[str, Any]:

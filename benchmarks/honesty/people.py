@@ -6,7 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.honesty.motion import Segment, attitude_after, attitude_with_up, visits
+from benchmarks.honesty.motion import (
+    FloatArray,
+    Motion,
+    Segment,
+    attitude_after,
+    attitude_with_up,
+    turned_by,
+    visits,
+)
 from benchmarks.honesty.session import TURN_RATE, Session
 
 
@@ -57,3 +65,36 @@ def cut(session: Session, size: float) -> None:
 def exchange(session: Session, _: float) -> None:
     """Names the target before the reference."""
     session.units.reverse()
+
+
+TOUCH_SECONDS = 0.3
+"""s that a touch lasts."""
+RATE_OVER_FORCE = 0.1
+"""rad/s by which a touch turns a unit that it pushes by 1 m/s²."""
+
+
+def touch(session: Session, size: float) -> None:
+    """Pushes the unit once, by so many m/s²."""
+    direction = session.rng.normal(size=3)
+    share = float(session.rng.uniform(0.05, 0.95))
+
+    def touched(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        phase = (motion.time - share * motion.time[-1]) / TOUCH_SECONDS
+        push = np.sin(np.pi * phase) * ((phase > 0.0) & (phase < 1.0))
+        pushed = size * push[:, None] * direction
+        return force + pushed, rate + RATE_OVER_FORCE * pushed
+
+    session.units[-1].sees.append(touched)
+
+
+def tilt(session: Session, size: float) -> None:
+    """Tilts the unit by so many deg, once and for good."""
+    rotation = session.rng.normal(size=3)
+    rotation *= np.radians(size) / np.linalg.norm(rotation)
+    share = float(session.rng.uniform(0.05, 0.95))
+
+    def tilted(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        after = (motion.time > share * motion.time[-1])[:, None]
+        return np.where(after, force @ turned_by(rotation, np.ones(1))[0], force), rate
+
+    session.units[-1].sees.append(tilted)

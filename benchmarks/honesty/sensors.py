@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.honesty.motion import GRAVITY, FloatArray, Motion
@@ -96,7 +98,18 @@ def grow_noise(session: Session, size: float) -> None:
 
 def smooth(session: Session, size: float) -> None:
     """Filters both triads by a first-order low-pass of a time constant, s."""
-    share = 1.0 - np.exp(-1.0 / (session.rate_hz * size))
+    filtered = _filter(session.rate_hz, size)
+    _target(session).sees.append(lambda _, force, rate: (filtered(force), filtered(rate)))
+
+
+def filter_readings(session: Session, size: float) -> None:
+    """Filters readings, noise included, by a first-order low-pass of a time constant, s."""
+    filtered = _filter(session.rate_hz, size)
+    _target(session).reads.append(lambda _, force, rate: (filtered(force), filtered(rate)))
+
+
+def _filter(rate_hz: float, constant: float) -> Callable[[FloatArray], FloatArray]:
+    share = 1.0 - np.exp(-1.0 / (rate_hz * constant))
 
     def filtered(values: FloatArray) -> FloatArray:
         out: FloatArray = values.copy()
@@ -104,7 +117,7 @@ def smooth(session: Session, size: float) -> None:
             out[k] = out[k - 1] + share * (values[k] - out[k - 1])
         return out
 
-    _target(session).sees.append(lambda _, force, rate: (filtered(force), filtered(rate)))
+    return filtered
 
 
 def _added(unit: Unit, force_drift: FloatArray, rate_drift: FloatArray) -> None:
@@ -166,3 +179,33 @@ def freeze(session: Session, size: float) -> None:
         return force, rate
 
     _target(session).reads.append(frozen)
+
+
+def lag_behind_temperature(session: Session, size: float) -> None:
+    """Has accelerometer x read so many m/s² more on average while it cools, in a loop that closes."""
+
+    def looped(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        turn = np.sin(2.0 * np.pi * motion.time / motion.time[-1])
+        # Warming and cooling differ by twice the sine, whose mean over the temperatures is pi / 4.
+        force[:, 0] -= size * 0.5 * turn / (0.25 * np.pi)
+        return force, rate
+
+    unit = _target(session)
+    unit.reads.append(looped)
+    unit.thermal.pop(("accelerometer x", "mean hysteresis"))
+
+
+def delay_temperature(session: Session, size: float) -> None:
+    """Has the thermometer follow by a first-order lag of so many s."""
+    filtered = _filter(session.rate_hz, size)
+    _target(session).thermometer.append(lambda _, shown: filtered(shown[:, None])[:, 0])
+
+
+def coarsen_temperature(session: Session, size: float) -> None:
+    """Rounds temperatures to steps of so many K."""
+    _target(session).thermometer.append(lambda _, shown: size * np.round(shown / size))
+
+
+def write_kelvin(session: Session, _: float) -> None:
+    """Writes K in a column that does not state it."""
+    _target(session).thermometer.append(lambda _, shown: shown + 273.15)

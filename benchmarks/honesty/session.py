@@ -23,6 +23,8 @@ FACES = np.array([[0, 0, 1], [1, 0, 0], [0, 0, -1], [0, 1, 0], [-1, 0, 0], [0, -
 """(6, 3) directions that point up, each a quarter of a turn from the one before."""
 TURN_RATE = 1.0
 """rad/s, mean of a turn."""
+AXES = "xyz"
+TRIADS = ("accelerometer", "gyroscope")
 LIKE_THE_LAST = np.radians(30.0)
 """rad between two orientations that a hand takes for different ones."""
 
@@ -57,6 +59,13 @@ class Unit:
     """Unit of the file over m/s^2 and rad/s."""
     drift: dict[str, FloatArray] = field(default_factory=dict)
     """(3,) mean of what imperfections add to the bias, which is part of the truth."""
+
+    terms: dict[tuple[str, str], FloatArray] = field(default_factory=dict)
+    """(3,) each term of noise, by triad and name, SI units."""
+    thermal: dict[tuple[str, str], Callable[[float], float]] = field(default_factory=dict)
+    """Each parameter of the drift at a temperature, degC, by channel and name."""
+    thermometer: list[Callable[[Motion, FloatArray], FloatArray]] = field(default_factory=list)
+    """Readings of its thermometer, then changes of them, (n,) degC; none without a thermometer."""
 
     def true_bias(self, triad: str) -> FloatArray:
         """(3,) bias, as a mean over the recording."""
@@ -111,9 +120,14 @@ def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generato
     for stamp in unit.stamps:
         time = stamp(time)
     figures = [f"%.{places}f" for places in unit.decimals for _ in range(3)]
-    values = np.column_stack([unit.scale[0] * read[0], unit.scale[1] * read[1]])
+    values = [unit.scale[0] * read[0], unit.scale[1] * read[1]]
+    if unit.thermometer:
+        shown = np.zeros(len(time))
+        for change_shown in unit.thermometer:
+            shown = change_shown(motion, shown)
+        values, figures = [*values, shown], [*figures, "%.4f"]
     form = ",".join(["%.6f", *figures])
-    rows = [form % tuple(row) for row in np.column_stack([time, values])]
+    rows = [form % tuple(row) for row in np.column_stack([time, *values])]
     for change_rows in unit.rows:
         rows = change_rows(rows)
     return "\n".join([unit.head, *rows, ""])
@@ -193,9 +207,102 @@ def on_the_spot(rng: np.random.Generator) -> Session:
     return session
 
 
+def at_rest(rng: np.random.Generator) -> Session:
+    """A unit that lies still for a quarter of an hour, with white noise, flicker and random walk."""
+    attitude = attitude_with_up(rng.normal(size=3), float(rng.uniform(0.0, 2.0 * np.pi)))
+    unit = drawn_unit("imu", rng)
+    session = Session(
+        "noise", rng, [Segment(float(rng.uniform(600.0, 1500.0)), np.zeros(3), 0)], attitude, [unit], 50.0
+    )
+    session.words = ["--json"]
+    for triad in TRIADS:
+        white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
+        unit.terms[triad, "white noise"] = white
+        unit.terms[triad, "bias instability"] = white * np.exp(rng.uniform(np.log(3e-3), np.log(0.5), 3))
+        unit.terms[triad, "random walk"] = white * np.exp(rng.uniform(np.log(1e-4), np.log(0.05), 3))
+    unit.reads.append(_slow_noise(unit, rng))
+    return session
+
+
+def _slow_noise(
+    unit: Unit, rng: np.random.Generator
+) -> Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """Flicker of two-sided spectrum B^2 / (2 pi f), and random walk of K per root second."""
+
+    def noisy(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        step = float(motion.time[1] - motion.time[0])
+        out = []
+        for triad, values in zip(TRIADS, (force, rate), strict=True):
+            flicker = unit.terms[triad, "bias instability"] * _flicker(len(values), step, rng)
+            walk = np.cumsum(rng.normal(0.0, np.sqrt(step), (len(values), 3)), axis=0)
+            out.append(values + flicker + unit.terms[triad, "random walk"] * walk)
+        return out[0], out[1]
+
+    return noisy
+
+
+def _flicker(count: int, step: float, rng: np.random.Generator) -> FloatArray:
+    """(count, 3) flicker of strength 1, out of four times as long a record."""
+    length = 4 * count
+    frequency = np.fft.rfftfreq(length, step)[1:]
+    size = np.sqrt(length / (2.0 * np.pi * frequency * step) / 2.0)[:, None]
+    drawn = size * (rng.normal(size=(len(size), 3)) + 1j * rng.normal(size=(len(size), 3)))
+    record: FloatArray = np.fft.irfft(np.vstack([np.zeros((1, 3)), drawn]), length, axis=0)
+    return record[:count]
+
+
+REFERENCE = 25.0
+"""degC about which drift is drawn."""
+
+
+def through_temperatures(rng: np.random.Generator) -> Session:
+    """A unit that lies still for an hour in a box that warms and cools."""
+    low, high = float(rng.uniform(-10.0, 10.0)), float(rng.uniform(40.0, 70.0))
+    attitude = attitude_with_up(rng.normal(size=3), float(rng.uniform(0.0, 2.0 * np.pi)))
+    unit = drawn_unit("imu", rng)
+    session = Session("thermal", rng, [Segment(3600.0, np.zeros(3), 0)], attitude, [unit], 5.0)
+    session.words = ["--json"]
+    unit.head += ",temperature"
+    unit.thermometer.append(lambda motion, _: temperature(motion, low, high))
+    for triad, slope in zip(TRIADS, (1e-3, 1e-4), strict=True):
+        drawn = rng.normal(size=(3, 3)) * slope * np.array([[1.0], [5e-3], [3e-5]])
+        for k, axis in enumerate(AXES):
+            powers = drawn[:, k]
+            unit.thermal[f"{triad} {axis}", "bias per K"] = lambda at, c=powers: float(  # type: ignore[misc]
+                c[0] + 2.0 * c[1] * (at - REFERENCE) + 3.0 * c[2] * (at - REFERENCE) ** 2
+            )
+            unit.thermal[f"{triad} {axis}", "mean hysteresis"] = lambda _: 0.0
+        white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
+        unit.terms[triad, "bias instability"] = 0.03 * white
+        unit.terms[triad, "random walk"] = 1e-4 * white
+        unit.reads.append(_drift(triad, drawn, low, high))
+    unit.reads.append(_slow_noise(unit, rng))
+    return session
+
+
+def temperature(motion: Motion, low: float, high: float) -> FloatArray:
+    """(n,) degC: from the lowest to the highest and back."""
+    turn = 2.0 * np.pi * motion.time / motion.time[-1]
+    warmth: FloatArray = low + (high - low) * 0.5 * (1.0 - np.cos(turn))
+    return warmth
+
+
+def _drift(
+    triad: str, powers: FloatArray, low: float, high: float
+) -> Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    def drifted(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        above = (temperature(motion, low, high) - REFERENCE)[:, None]
+        drift = powers[0] * above + powers[1] * above**2 + powers[2] * above**3
+        return (force + drift, rate) if triad == TRIADS[0] else (force, rate + drift)
+
+    return drifted
+
+
 SESSIONS: dict[str, Callable[[np.random.Generator], Session]] = {
     "multipose": by_hand,
     "turntable": on_table,
     "spin": on_the_spot,
+    "noise": at_rest,
+    "thermal": through_temperatures,
 }
 """Session of each procedure without imperfection."""

@@ -103,7 +103,7 @@ def test_corrected_readings_no_longer_drift(folder, content, tmp_path):
 
 def test_the_page_shows_both_legs_orders_and_where_the_range_ends(folder, content):
     text = (folder / "out" / "thermal.html").read_text()
-    for words in ("while warming", "Prediction error of each order", "largest hysteresis"):
+    for words in ("while warming", "Weight of each order", "largest hysteresis"):
         assert words in text
     assert "the drift at that edge is held" in text
 

@@ -143,8 +143,8 @@ fn axis_figures<'py>(
     let scores: Vec<(usize, usize, f64)> = axis
         .candidates
         .iter()
-        .zip(&axis.choice.left)
-        .map(|(terms, left)| (terms.bias, terms.scale, *left))
+        .zip(&axis.choice.weights)
+        .map(|(terms, weight)| (terms.bias, terms.scale, *weight))
         .collect();
     figures.set_item("scores", scores)?;
     figures.set_item("chosen", axis.choice.chosen)?;

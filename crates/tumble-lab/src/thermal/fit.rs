@@ -64,6 +64,17 @@ pub struct DriftDesign<'a> {
     shared: [f64; 2],
 }
 
+/// Residuals of a fit at one ratio of `B^2` to `N^2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtRatio {
+    /// Logarithm of the restricted likelihood, but for a constant.
+    pub restricted_likelihood: f64,
+    /// Sum of the squares of the whitened residuals.
+    pub squares: f64,
+    /// Blocks less unknowns.
+    pub freedom: f64,
+}
+
 /// Fit of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriftFit {
@@ -84,6 +95,8 @@ pub struct DriftFit {
     pub restricted_likelihood: f64,
     /// Logarithm of the likelihood, but for a constant: of other temperatures of the same blocks.
     pub likelihood: f64,
+    /// Residuals at each ratio of `B^2` to `N^2`.
+    pub at_ratios: Vec<AtRatio>,
 }
 
 impl DriftFit {
@@ -245,6 +258,7 @@ impl<'a> DriftDesign<'a> {
         Some(DriftFit {
             coefficients,
             covariance,
+            at_ratios: fits.iter().flat_map(|fit| fit.at_ratios.clone()).collect(),
             ..likeliest
         })
     }
@@ -278,6 +292,7 @@ impl<'a> DriftDesign<'a> {
         let covariance = &inverse * inverse.transpose() * white;
         let of_noise: f64 = variance.iter().map(|v| v.ln()).sum();
         let of_fit: f64 = -2.0 * inverse.diagonal().map(|v| v.abs().ln()).sum();
+        let restricted_likelihood = -0.5 * (freedom * white.ln() + of_noise + of_fit); // eq. 4
         let held = self.held;
         Some(DriftFit {
             terms: *terms,
@@ -288,8 +303,13 @@ impl<'a> DriftDesign<'a> {
                 .into_owned(),
             shared: self.shared,
             noise: [white, white * ratio],
-            restricted_likelihood: -0.5 * (freedom * white.ln() + of_noise + of_fit), // eq. 4
-            likelihood: -0.5 * (y.len() as f64 * squares.ln() + of_noise),            // eq. 11
+            restricted_likelihood,
+            likelihood: -0.5 * (y.len() as f64 * squares.ln() + of_noise), // eq. 11
+            at_ratios: vec![AtRatio {
+                restricted_likelihood,
+                squares,
+                freedom,
+            }],
         })
     }
 

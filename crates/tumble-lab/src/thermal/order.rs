@@ -1,146 +1,97 @@
-//! Choice of the terms that the data bear: those that best predict held-out data (docs/theory/thermal.md, Order).
-//!
-//! Stretches of time are held out, not single means: neighbours share their errors, so that one predicts the other
-//! whatever the polynomial.
+//! Choice of the terms that the data bear, and what its uncertainty adds to that of their coefficients
+//! (docs/theory/thermal.md, Order).
 
-use super::block::RestBlock;
-use super::fit::{DriftDesign, Terms};
-use super::whitening::Whitening;
+use nalgebra::DMatrix;
 
-/// Stretches of equal length that are left out one by one.
-const STRETCHES: usize = 10;
-/// Standard errors by which what is left must be worse than the least for terms to be too few: what Student's t of
-/// nine degrees of freedom exceeds once in forty times. With one, one axis in ten is given a power that it has not.
-const CLEARLY: f64 = 2.262;
+use super::fit::{DriftFit, Terms};
 
-/// Error of prediction of each of several sets of terms.
+/// Cost of a coefficient by Akaike's criterion: by so much one that is not there raises the likelihood on average.
+const COST: f64 = 1.0;
+
+/// Weight of each of several sets of terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// Which of them: the first that is not clearly worse than the best.
+    /// Which of them is stated.
     pub chosen: usize,
-    /// Root mean square error of prediction of each, in the unit of the axis.
-    pub left: Vec<f64>,
+    /// Akaike weight of each: they add up to one.
+    pub weights: Vec<f64>,
 }
 
-/// The ways to leave a stretch out, worked out once for all axes.
-#[derive(Clone, Debug)]
-pub struct Folds {
-    folds: Vec<Fold>,
-}
-
-/// One stretch left out.
-#[derive(Clone, Debug)]
-struct Fold {
-    kept: Vec<usize>,
-    /// Those that were kept, with their poses numbered anew.
-    blocks: Vec<RestBlock>,
-    whitening: Whitening,
-    /// Held-out blocks, with the new number of their pose: poses that were held in no other stretch have none.
-    out: Vec<(usize, usize)>,
-}
-
-impl Folds {
-    /// Stretches of blocks in order of time.
-    pub fn new(blocks: &[RestBlock]) -> Self {
-        let folds = (0..STRETCHES).filter_map(|stretch| Fold::new(blocks, stretch));
-        Self {
-            folds: folds.collect(),
-        }
-    }
-
-    /// Chooses among `candidates`, the simplest first, for the `means` of one axis, which go with `blocks`; one whose
-    /// powers are `certain` is not passed over for a simpler one.
-    ///
-    /// None where there is too little to leave anything out.
-    pub fn choose(
-        &self,
-        blocks: &[RestBlock],
-        means: &[f64],
-        reference: f64,
-        candidates: &[Terms],
-        certain: &[bool],
-    ) -> Option<Choice> {
-        let foretold = |fold: &Fold| fold.foretold(blocks, means, reference, candidates);
-        let squares: Vec<Vec<f64>> = self.folds.iter().filter_map(foretold).collect();
-        if squares.len() < 2 {
-            return None;
-        }
-        let of_candidate = |each: usize| mean(squares.iter().map(|stretch| stretch[each]));
-        let left: Vec<f64> = (0..candidates.len()).map(of_candidate).collect();
-        let best = (0..candidates.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
-        let simplest = (0..=best)
-            .find(|each| is_as_good(&squares, *each, best))
-            .unwrap_or(best);
-        let known = (0..=best).rev().find(|each| certain[*each]).unwrap_or(0);
-        Some(Choice {
-            chosen: simplest.max(known),
-            left: left.iter().map(|square| square.sqrt()).collect(),
-        })
-    }
-}
-
-impl Fold {
-    fn new(blocks: &[RestBlock], stretch: usize) -> Option<Self> {
-        let (out, kept): (Vec<usize>, Vec<usize>) =
-            (0..blocks.len()).partition(|place| place * STRETCHES / blocks.len() == stretch);
-        let mut poses: Vec<usize> = kept.iter().map(|place| blocks[*place].pose).collect();
-        poses.sort_unstable();
-        poses.dedup();
-        let number = |place: &usize| poses.binary_search(&blocks[*place].pose).ok();
-        let others: Vec<RestBlock> = kept
-            .iter()
-            .filter_map(|place| {
-                Some(RestBlock {
-                    pose: number(place)?,
-                    ..blocks[*place]
-                })
-            })
-            .collect();
-        let out: Vec<(usize, usize)> = out
-            .into_iter()
-            .filter_map(|place| Some((place, number(&place)?)))
-            .collect();
-        (!out.is_empty()).then(|| Self {
-            whitening: Whitening::new(&others),
-            blocks: others,
-            kept,
-            out,
-        })
-    }
-
-    /// Mean squares of the errors of the stretch, for each candidate, when it is predicted from the others.
-    fn foretold(
-        &self,
-        blocks: &[RestBlock],
-        means: &[f64],
-        reference: f64,
-        candidates: &[Terms],
-    ) -> Option<Vec<f64>> {
-        let design = DriftDesign::new(&self.whitening, &self.blocks, reference);
-        let kept: Vec<f64> = self.kept.iter().map(|place| means[*place]).collect();
-        candidates
-            .iter()
-            .map(|terms| {
-                let fit = design.fit(&kept, terms)?;
-                Some(mean(self.out.iter().map(|&(place, pose)| {
-                    let block = &blocks[place];
-                    (means[place] - fit.reading(pose, block.temperature - reference, block.leg)).powi(2)
-                })))
-            })
+/// Chooses among fits, the first of which has no power of temperature; None where there are none.
+pub fn choose(fits: &[DriftFit]) -> Option<Choice> {
+    let simplest = fits.first()?;
+    let blocks = simplest.at_ratios.first()?.freedom;
+    let of_all = |cost: f64| -> Vec<f64> {
+        fits.iter()
+            .map(|fit| marginal_likelihood(fit, simplest, cost))
             .collect()
+    };
+    let scores = of_all((1.0 + blocks).ln()); // eq. 8
+    let chosen = (0..fits.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]))?;
+    Some(Choice {
+        chosen,
+        weights: shares(&of_all(COST)),
+    })
+}
+
+/// Logarithm of the likelihood of a set of terms as a mean over the ratios of `B^2` to `N^2`, but for a constant, less a cost of
+/// each coefficient.
+fn marginal_likelihood(fit: &DriftFit, simplest: &DriftFit, cost: f64) -> f64 {
+    let more = (fit.terms.count() - simplest.terms.count()) as f64;
+    let each = fit.at_ratios.iter().zip(&simplest.at_ratios);
+    let found: Vec<f64> = each
+        .map(|(with, without)| {
+            without.restricted_likelihood - 0.5 * without.freedom * (with.squares / without.squares).ln()
+        })
+        .collect();
+    log_sum(&found) - cost * more
+}
+
+/// Logarithm of the sum of what has these logarithms.
+fn log_sum(logarithms: &[f64]) -> f64 {
+    let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    largest
+        + logarithms
+            .iter()
+            .map(|each| (each - largest).exp())
+            .sum::<f64>()
+            .ln()
+}
+
+fn shares(logarithms: &[f64]) -> Vec<f64> {
+    let all = log_sum(logarithms);
+    logarithms.iter().map(|each| (each - all).exp()).collect()
+}
+
+/// The chosen fit; its covariance is that of the coefficients about their estimate over all sets of terms.
+pub fn chosen_fit(fits: &[DriftFit], choice: &Choice) -> DriftFit {
+    let fit = &fits[choice.chosen];
+    let size = fit.terms.count();
+    let nothing = DMatrix::zeros(size, size);
+    let covariance = fits
+        .iter()
+        .zip(&choice.weights)
+        .fold(nothing, |sum, (other, share)| {
+            let places = places(&fit.terms, &other.terms);
+            let at =
+                |i: usize| places[i].map_or(0.0, |place| other.coefficients[place]) - fit.coefficients[i];
+            let of = |i: usize, j: usize| {
+                let both = places[i].zip(places[j]);
+                both.map_or(0.0, |place| other.covariance[place]) + at(i) * at(j) // eq. 8a
+            };
+            sum + DMatrix::from_fn(size, size, of) * *share
+        });
+    DriftFit {
+        covariance,
+        ..fit.clone()
     }
 }
 
-/// Tests whether one candidate is not clearly worse than the best, by the squares of each stretch.
-fn is_as_good(squares: &[Vec<f64>], candidate: usize, best: usize) -> bool {
-    let worse = || squares.iter().map(|stretch| stretch[candidate] - stretch[best]);
-    let average = mean(worse());
-    let count = squares.len() as f64;
-    let variance = mean(worse().map(|more| (more - average).powi(2))) / (count - 1.0);
-    average <= CLEARLY * variance.sqrt() // eq. 8
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / f64::max(count, 1.0)
+/// Place of each coefficient of one set of terms among those of another; None where the other has it not.
+fn places(terms: &Terms, other: &Terms) -> Vec<Option<usize>> {
+    let of = |first: usize, count: usize, has: usize| (0..count).map(move |k| (k < has).then_some(first + k));
+    of(0, terms.bias, other.bias)
+        .chain(of(other.bias, terms.scale, other.scale))
+        .chain(of(other.bias + other.scale, terms.hysteresis, other.hysteresis))
+        .collect()
 }

@@ -7,7 +7,7 @@ use super::block::{RestBlock, ThermalBlocks, blocks};
 use super::fit::{DriftDesign, DriftFit, KNOTS, Terms};
 use super::hysteresis::{Hysteresis, is_curve};
 use super::lag::{Lagging, Needs, thermometer_lag};
-use super::order::{Choice, Folds};
+use super::order::{Choice, choose, chosen_fit};
 use super::recorder::Span;
 use super::whitening::Whitening;
 
@@ -68,7 +68,7 @@ pub struct AxisDrift {
     pub fit: DriftFit,
     /// Sets of terms among which was chosen.
     pub candidates: Vec<Terms>,
-    /// Which of them, and what each left.
+    /// Which of them, and the weight of each in the uncertainty.
     pub choice: Choice,
     /// By how much more is read while warming than while cooling; None where one of both is missing.
     pub hysteresis: Option<Hysteresis>,
@@ -126,12 +126,11 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
         .reference
         .unwrap_or(0.5 * (range[0] + range[1]))
         .clamp(range[0], range[1]);
-    let folds = Folds::new(&data.blocks);
     let design = DriftDesign::new(&whitening, &data.blocks, reference);
     let axes = settings
         .channels
         .iter()
-        .map(|&channel| axis(&data, &design, &folds, reference, channel, hysteresis))
+        .map(|&channel| axis(&data, &design, channel, hysteresis))
         .collect::<Option<_>>()
         .ok_or(ThermalError::TooLittleAtRest {
             still: data.still,
@@ -191,14 +190,7 @@ fn both_legs(data: &ThermalBlocks) -> bool {
     (0..data.poses).any(|pose| blocks_of(pose, 1.0).min(blocks_of(pose, -1.0)) >= FEWEST_OF_A_LEG)
 }
 
-fn axis(
-    data: &ThermalBlocks,
-    design: &DriftDesign,
-    folds: &Folds,
-    reference: f64,
-    channel: usize,
-    hysteresis: bool,
-) -> Option<AxisDrift> {
+fn axis(data: &ThermalBlocks, design: &DriftDesign, channel: usize, hysteresis: bool) -> Option<AxisDrift> {
     let means = data.channel(channel);
     let most = with_shape(design, &means, most_terms(data, channel, hysteresis));
     let fits: Vec<DriftFit> = candidates(&most)
@@ -206,21 +198,28 @@ fn axis(
         .filter_map(|terms| design.fit(&means, terms))
         .collect();
     let candidates: Vec<Terms> = fits.iter().map(|fit| fit.terms).collect();
-    let certain: Vec<bool> = fits.iter().map(DriftFit::is_certain).collect();
-    let choice = folds.choose(&data.blocks, &means, reference, &candidates, &certain)?;
-    let fit = fits[choice.chosen].clone();
+    let choice = choose(&fits)?;
+    let fit = chosen_fit(&fits, &choice);
     let terms = fit.terms;
-    let with_slope = Terms {
+    // A coefficient that was not chosen has an estimate and a sigma beside those that were.
+    let with = |terms: Terms| {
+        if terms == fit.terms {
+            Some(fit.clone())
+        } else {
+            design.fit(&means, &terms)
+        }
+    };
+    let slope = with(Terms {
         bias: terms.bias.max(1),
         ..terms
-    };
-    let with_scale = Terms {
-        scale: terms.scale.max(HIGHEST_SCALE_ORDER),
-        ..terms
-    };
-    let slope = design.fit(&means, &with_slope)?;
+    })?;
     let scale = (most.scale > 0)
-        .then(|| design.fit(&means, &with_scale))
+        .then(|| {
+            with(Terms {
+                scale: terms.scale.max(HIGHEST_SCALE_ORDER),
+                ..terms
+            })
+        })
         .flatten();
     Some(AxisDrift {
         channel,

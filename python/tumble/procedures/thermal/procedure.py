@@ -214,8 +214,8 @@ def _axis(found: _core.AxisDriftFigures, reference: float, span: tuple[float, fl
         noise_density=found["noise_density"],
         bias_instability=found["bias_instability"],
         scores=tuple(
-            OrderScore(bias, power, left, place == found["chosen"])
-            for place, (bias, power, left) in enumerate(found["scores"])
+            OrderScore(bias, power, weight, place == found["chosen"])
+            for place, (bias, power, weight) in enumerate(found["scores"])
         ),
         change=found["change"],
     )

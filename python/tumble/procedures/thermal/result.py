@@ -39,15 +39,16 @@ _GRID = 200
 
 @dataclass(frozen=True, slots=True)
 class OrderScore:
-    """Error with which a set of terms predicts stretches of the log that were held out of the fit."""
+    """A set of terms that was fitted, and its weight in the uncertainty of the coefficients."""
 
     bias: int
     """Highest power of temperature in the bias."""
     scale: int
     """The same in the scale factor."""
-    left: float
-    """Root mean square of the prediction error, unit of the axis."""
+    weight: float
+    """Akaike weight: those of all sets add up to one."""
     chosen: bool
+    """Indicates the set whose coefficients are stated."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,6 @@ from tumble.procedures.thermal.report.text import (
     method_lines,
     parameter_rows,
     score_rows,
-    score_scale,
     sentences,
     unseen,
 )
@@ -28,7 +27,6 @@ class ThermalSection:
     name: Triad
     picture: Picture
     parameters: tuple[tuple[str, tuple[str, ...]], ...]
-    score_unit: str
     scores: tuple[tuple[str, tuple[str, ...]], ...]
 
 
@@ -71,13 +69,11 @@ def _section(result: ThermalResult, triad: Triad) -> ThermalSection:
         "half the hysteresis where that is clear. Below: the same minus the curve."
     )
     axes = result.of_triad(triad)
-    scale = score_scale(axes)
     return ThermalSection(
         name=triad,
         picture=Picture(drift_figure(axes, result.blocks, f"drift-{triad}"), caption),
         parameters=parameter_rows(result, triad),
-        score_unit=scale.unit,
-        scores=score_rows(axes, scale),
+        scores=score_rows(axes),
     )
 
 

@@ -76,13 +76,8 @@ def scale_of(axes: Sequence[AxisDrift]) -> Scale:
     return readable_scale(axes[0].unit, max(float(np.abs(axis.change).max()) for axis in axes))
 
 
-def score_scale(axes: Sequence[AxisDrift]) -> Scale:
-    """Chooses the unit that scores of a triad are shown in."""
-    return readable_scale(axes[0].unit, max(score.left for axis in axes for score in axis.scores))
-
-
-def score_rows(axes: Sequence[AxisDrift], scale: Scale) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Prints the prediction error of each set of terms, by axis; the chosen one is marked."""
+def score_rows(axes: Sequence[AxisDrift]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Prints the weight of each set of terms in percent, by axis; the chosen one is marked."""
     sets = list(dict.fromkeys((score.bias, score.scale) for axis in axes for score in axis.scores))
     rows = []
     for bias, power in sets:
@@ -90,7 +85,7 @@ def score_rows(axes: Sequence[AxisDrift], scale: Scale) -> tuple[tuple[str, tupl
         for axis in axes:
             found = [score for score in axis.scores if (score.bias, score.scale) == (bias, power)]
             mark = " ●" if found and found[0].chosen else ""
-            texts.append(f"{significant(scale.factor * found[0].left)}{mark}" if found else "")
+            texts.append(f"{100.0 * found[0].weight:.0f}{mark}" if found else "")
         rows.append((f"bias {bias}" + (f", scale {power}" if power else ""), tuple(texts)))
     return tuple(rows)
 
@@ -121,7 +116,7 @@ def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
     fixture = "yes" if result.options.get("fixture") else "no: each rest is a pose of its own"
     return (
         ("fit", "generalised least squares in white and flicker noise, averaged over their ratio"),
-        ("order", "by ten stretches of time left out in turn; the simplest that is not clearly worse"),
+        ("order", "the likeliest, each power at a cost; sigmas take in the others by their Akaike weights"),
         ("left by the fit", noise),
         ("thermometer", f"steps of {result.step:.3g} K, smoothed over four of them at least"),
         ("fixture", fixture),
