@@ -437,12 +437,19 @@ impl Fitter {
         };
         let (low, high) = self.interval_of(solution, k);
         let coefficient = |strength: f64| term.coefficient(strength, self.interval);
-        // A term that exceeds the curve was not found: what the curve allows is all that is known of it.
+        // A term that exceeds the curve was not found: what the curve allows is all that is known of it. Where the terms
+        // follow the curve, its scatter is in their intervals.
         let identifiable = low > 0.0 && low < bound;
-        let high = high.min(bound);
+        let largest = high.min(bound);
+        let high = if identifiable && solution.excess == 0.0 {
+            high
+        } else {
+            largest
+        };
         TermEstimate {
             term,
-            value: coefficient(solution.strengths[k]).clamp(coefficient(low.min(high)), coefficient(high)),
+            value: coefficient(solution.strengths[k])
+                .clamp(coefficient(low.min(largest)), coefficient(largest)),
             low: if identifiable { coefficient(low) } else { 0.0 },
             high: coefficient(high),
             identifiable,
