@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from math import erfc
 
 import numpy as np
 
 from benchmarks.honesty.motion import GRAVITY, FloatArray, Motion
-from benchmarks.honesty.session import Session, Unit
+from benchmarks.honesty.session import TRIADS, WHITE, Session, Unit
 
 
 def _target(session: Session) -> Unit:
@@ -17,18 +18,46 @@ def _target(session: Session) -> Unit:
 def quantise(session: Session, size: float) -> None:
     """Rounds readings to steps of so many standard deviations of noise."""
     unit = _target(session)
-    steps = [size * unit.noise[triad] for triad in ("accelerometer", "gyroscope")]
-    unit.reads.append(
-        lambda _, force, rate: (
-            steps[0] * np.round(force / steps[0]),
-            steps[1] * np.round(rate / steps[1]),
-        )
-    )
+    steps = [size * unit.noise[triad] for triad in TRIADS]
+
+    def rounded(_: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        _round_noise(session, unit, (force, rate), steps)
+        return steps[0] * np.round(force / steps[0]), steps[1] * np.round(rate / steps[1])
+
+    unit.reads.append(rounded)
 
 
 def print_decimals(session: Session, size: float) -> None:
     """Prints so many decimals, in m/s² and rad/s."""
-    _target(session).decimals = (round(size), round(size))
+    unit = _target(session)
+    unit.decimals = (round(size), round(size))
+
+    def printed(_: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        _round_noise(session, unit, (force, rate), [10.0 ** -round(size)] * 2)
+        return force, rate
+
+    unit.reads.append(printed)
+
+
+def _round_noise(
+    session: Session, unit: Unit, read: tuple[FloatArray, FloatArray], steps: Sequence[float]
+) -> None:
+    """Makes the true white noise that of rounded readings: of a normal variable in cells of a step."""
+    for triad, values, step in zip(TRIADS, read, steps, strict=True):
+        if (triad, WHITE) not in unit.terms:
+            continue
+        sigma = unit.noise[triad]
+        cells = step * np.arange(-10 - int(8.0 * sigma / step), 11 + int(8.0 * sigma / step))[:, None]
+        off = np.remainder(values.mean(axis=0), step)
+        inside = np.diff(_normal((np.vstack([cells, cells[-1:] + step]) - 0.5 * step - off) / sigma), axis=0)
+        mean = (inside * cells).sum(axis=0)
+        variance = (inside * (cells - mean) ** 2).sum(axis=0)
+        unit.terms[triad, WHITE] = np.sqrt(variance / session.rate_hz)
+
+
+def _normal(z: FloatArray) -> FloatArray:
+    """Distribution function of a normal variable."""
+    return 0.5 * np.asarray(np.vectorize(erfc)(-z / np.sqrt(2.0)), dtype=float)
 
 
 def saturate(session: Session, size: float) -> None:
@@ -87,6 +116,9 @@ def grow_noise(session: Session, size: float) -> None:
 
     def grown(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
         factor = 1.0 + (size - 1.0) * motion.time / motion.time[-1]
+        for triad, name in unit.terms:
+            if name == WHITE:
+                unit.terms[triad, name] = unit.terms[triad, name] * np.sqrt(np.mean(factor**2))
         more = np.sqrt(factor**2 - 1.0)[:, None]
         return (
             force + more * session.rng.normal(0.0, unit.noise["accelerometer"], force.shape),

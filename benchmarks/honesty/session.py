@@ -25,6 +25,8 @@ TURN_RATE = 1.0
 """rad/s, mean of a turn."""
 AXES = "xyz"
 TRIADS = ("accelerometer", "gyroscope")
+WHITE, FLICKER, WALK = "white noise", "bias instability", "random walk"
+"""Terms of noise by the words of results."""
 LIKE_THE_LAST = np.radians(30.0)
 """rad between two orientations that a hand takes for different ones."""
 
@@ -217,9 +219,9 @@ def at_rest(rng: np.random.Generator) -> Session:
     session.words = ["--json"]
     for triad in TRIADS:
         white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
-        unit.terms[triad, "white noise"] = white
-        unit.terms[triad, "bias instability"] = white * np.exp(rng.uniform(np.log(3e-3), np.log(0.5), 3))
-        unit.terms[triad, "random walk"] = white * np.exp(rng.uniform(np.log(1e-4), np.log(0.05), 3))
+        unit.terms[triad, WHITE] = white
+        unit.terms[triad, FLICKER] = white * np.exp(rng.uniform(np.log(3e-3), np.log(0.5), 3))
+        unit.terms[triad, WALK] = white * np.exp(rng.uniform(np.log(1e-4), np.log(0.05), 3))
     unit.reads.append(_slow_noise(unit, rng))
     return session
 
@@ -233,9 +235,9 @@ def _slow_noise(
         step = float(motion.time[1] - motion.time[0])
         out = []
         for triad, values in zip(TRIADS, (force, rate), strict=True):
-            flicker = unit.terms[triad, "bias instability"] * _flicker(len(values), step, rng)
+            flicker = unit.terms[triad, FLICKER] * _flicker(len(values), step, rng)
             walk = np.cumsum(rng.normal(0.0, np.sqrt(step), (len(values), 3)), axis=0)
-            out.append(values + flicker + unit.terms[triad, "random walk"] * walk)
+            out.append(values + flicker + unit.terms[triad, WALK] * walk)
         return out[0], out[1]
 
     return noisy
@@ -273,8 +275,8 @@ def through_temperatures(rng: np.random.Generator) -> Session:
             )
             unit.thermal[f"{triad} {axis}", "mean hysteresis"] = lambda _: 0.0
         white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
-        unit.terms[triad, "bias instability"] = 0.03 * white
-        unit.terms[triad, "random walk"] = 1e-4 * white
+        unit.terms[triad, FLICKER] = 0.03 * white
+        unit.terms[triad, WALK] = 1e-4 * white
         unit.reads.append(_drift(triad, drawn, low, high))
     unit.reads.append(_slow_noise(unit, rng))
     return session

@@ -453,7 +453,7 @@ class MultiposeFigures(TypedDict):
     tolerance: float
     nominal_scale: tuple[float, float] | None
     accelerometer: TriadFigures
-    non_linearity: tuple[list[float], list[float]] | None
+    non_linearity: tuple[list[list[float]], list[list[float]]] | None
     """Second order of each axis and its 1-sigma, 1 / (m/s^2), where residuals show it."""
     poses: MultiposePoses
     next: NextOrientationFigures | None

@@ -157,9 +157,10 @@ fn figures(py: Python<'_>, found: Multipose) -> PyResult<Bound<'_, PyDict>> {
     let nominal = found.nominal.map(|scale| (scale.force, scale.rate));
     figures.set_item("nominal_scale", nominal)?;
     figures.set_item("accelerometer", triad(py, &found.accelerometer)?)?;
+    let listed = |each: [Vector3<f64>; 2]| each.map(|of| of.as_slice().to_vec());
     let non_linearity = found
         .non_linearity
-        .map(|found| (found.value.as_slice().to_vec(), found.sigma.as_slice().to_vec()));
+        .map(|found| (listed(found.square), listed(found.magnitude)));
     figures.set_item("non_linearity", non_linearity)?;
     figures.set_item("poses", poses(py, &found.poses)?)?;
     match &found.next {

@@ -37,16 +37,20 @@ const AXES: usize = 3;
 /// Chance of a non-linearity where there is none.
 const FALSE_ALARM: f64 = 0.02;
 
-/// Largest second-order non-linearity of such a sensor, 1 / (m/s^2): 1 % at g.
-const LARGEST_NON_LINEARITY: f64 = 1e-3;
+/// Terms of a response that is no straight line: a square and a magnitude for each axis.
+const BENDS: usize = 2 * AXES;
 
-/// Second-order non-linearity of each axis, 1 / (m/s^2): a sensor that feels `f + k f^2`.
+/// Usual size of such terms beforehand, 1-sigma. By the square, 1 / (m/s^2): 1000 µg/g^2, three times what data sheets state
+/// of parts of 16 g (0.5 % of full scale). By the magnitude, 1: half of 4000 ppm between the scales of both signs.
+const USUAL_BENDS: [f64; 2] = [1e-4, 2e-3];
+
+/// Response of each axis that is no straight line: a sensor that feels `f + k f^2 + h |f|`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonLinearity {
-    /// Estimate of each axis.
-    pub value: Vector3<f64>,
-    /// Their 1-sigma.
-    pub sigma: Vector3<f64>,
+    /// k, 1 / (m/s^2), and its 1-sigma.
+    pub square: [Vector3<f64>; 2],
+    /// h, 1, and its 1-sigma.
+    pub magnitude: [Vector3<f64>; 2],
 }
 
 /// All rests that an accelerometer is fitted to, and what their means have in common.
@@ -103,6 +107,8 @@ pub struct AccelerometerFit {
     pub model: ErrorModel<f64>,
     /// Covariance of the unknowns, from noise alone.
     pub covariance: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    /// Covariance that a response adds which may be no line, though the residuals do not show it.
+    pub of_response: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     /// Residual of each rest.
     pub residuals: Vec<LengthResidual>,
     /// Weight of each rest in the robust loss; one where none stands out.
@@ -111,22 +117,23 @@ pub struct AccelerometerFit {
     pub groups: Vec<usize>,
     /// ResidualWhitening of the residuals.
     pub whitening: ResidualWhitening,
-    /// Second-order non-linearity, where the residuals show it.
+    /// Response that is no straight line, where the residuals show it.
     pub non_linearity: Option<NonLinearity>,
-    /// Covariance of the unknowns and that non-linearity.
+    /// Covariance of the unknowns and of its terms.
     joint_covariance: DMatrix<f64>,
+    /// Sum of the squares of its terms over their usual sizes.
+    beyond_usual: f64,
 }
 
 impl AccelerometerFit {
-    /// Sum of the squares of the whitened residuals.
+    /// Sum of the squares of the whitened residuals, and of the terms of a response that is no line over their usual sizes.
     pub fn chi_square(&self) -> f64 {
-        self.whitened_residuals().norm_squared()
+        self.whitened_residuals().norm_squared() + self.beyond_usual
     }
 
-    /// Rests less unknowns.
+    /// Rests less unknowns: a term of usual size is one more of each.
     pub fn degrees_of_freedom(&self) -> u32 {
-        let unknowns = UNKNOWNS + if self.non_linearity.is_some() { AXES } else { 0 };
-        u32::try_from(self.residuals.len().saturating_sub(unknowns)).unwrap_or(u32::MAX)
+        u32::try_from(self.residuals.len().saturating_sub(UNKNOWNS)).unwrap_or(u32::MAX)
     }
 
     /// Residuals, each independent of the others and of sigma one.
@@ -139,7 +146,7 @@ impl AccelerometerFit {
         LinearFit {
             values: values_of(&self.residuals),
             rows: match self.non_linearity {
-                Some(_) => rows_with_squares(&self.model, &self.residuals),
+                Some(_) => rows_with_bends(&self.model, &self.residuals),
                 None => rows_of(&self.residuals),
             },
             covariance: self.joint_covariance.clone(),
@@ -227,72 +234,138 @@ pub fn fit_forces(
     finish(&start, data, gravity, weights.clone())?;
     let x = solve(&Lengths { data, gravity }, start, &mut weights).ok_or(MultiposeError::Unsolvable)?;
     let plain = finish(&x, data, gravity, weights.clone())?;
-    let Some((non_linearity, covariance)) = shown_non_linearity(&plain, gravity) else {
+    let Some(bent) = bends(&plain) else {
         return Ok(plain);
     };
-    let linear = linearised(data, &plain, &non_linearity.value);
+    if !bent.is_shown() {
+        return Ok(AccelerometerFit {
+            of_response: bent.beyond_a_line(&plain.covariance),
+            ..plain
+        });
+    }
+    let linear = linearised(data, &plain, &bent.terms);
     let lengths = Lengths {
         data: &linear,
         gravity,
     };
     let x = solve(&lengths, x, &mut weights).ok_or(MultiposeError::Unsolvable)?;
     Ok(AccelerometerFit {
-        covariance: SMatrix::from_fn(|i, j| covariance[(i, j)]),
-        joint_covariance: covariance,
-        non_linearity: Some(non_linearity),
+        covariance: SMatrix::from_fn(|i, j| bent.covariance[(i, j)]),
+        non_linearity: Some(bent.non_linearity()),
+        joint_covariance: bent.covariance,
+        beyond_usual: bent.terms.component_div(&usual_bends()).norm_squared(),
         ..finish(&x, &linear, gravity, weights)?
     })
 }
 
-/// The non-linearity that residuals show beyond chance, and the covariance of the unknowns beside it; `None` where they show
-/// none (docs/theory/multipose.md, eq. 39 and 40).
-fn shown_non_linearity(plain: &AccelerometerFit, gravity: f64) -> Option<(NonLinearity, DMatrix<f64>)> {
+/// Fit with a response that is no line.
+struct Bent {
+    /// Change of the unknowns, then the terms, squares first.
+    step: DVector<f64>,
+    /// The same as `SVector`.
+    terms: SVector<f64, BENDS>,
+    covariance: DMatrix<f64>,
+    /// Decrease of the sum of squares, the terms over their usual sizes among them, in units of what remains for each degree of
+    /// freedom where that is more than noise: a pose that was touched is no bend.
+    explained: f64,
+    /// Number of terms that the residuals determine, each by the share that is not known beforehand.
+    determined: f64,
+}
+
+impl Bent {
+    /// True where the residuals show the response to be no line beyond chance.
+    fn is_shown(&self) -> bool {
+        #[allow(clippy::cast_precision_loss)]
+        let freedom = BENDS as f64;
+        chi_square_tail(self.explained.max(0.0), freedom) < FALSE_ALARM // eq. 40
+    }
+
+    /// Covariance of the unknowns about a fit of a line, of both fits by their Akaike weights, less that of noise alone
+    /// (docs/theory/multipose.md, eq. 40a).
+    fn beyond_a_line(&self, line: &SMatrix<f64, UNKNOWNS, UNKNOWNS>) -> SMatrix<f64, UNKNOWNS, UNKNOWNS> {
+        let weight = (1.0 + (self.determined - 0.5 * self.explained).exp()).recip();
+        SMatrix::from_fn(|i, j| {
+            weight * (self.covariance[(i, j)] + self.step[i] * self.step[j] - line[(i, j)]) // eq. 40a
+        })
+    }
+
+    fn non_linearity(&self) -> NonLinearity {
+        let of = |first: usize| {
+            let place = |axis: usize| UNKNOWNS + first + axis;
+            [
+                Vector3::from_fn(|axis, _| self.terms[first + axis]),
+                Vector3::from_fn(|axis, _| self.covariance[(place(axis), place(axis))].sqrt()),
+            ]
+        };
+        NonLinearity {
+            square: of(0),
+            magnitude: of(AXES),
+        }
+    }
+}
+
+fn usual_bends() -> SVector<f64, BENDS> {
+    SVector::from_fn(|term, _| USUAL_BENDS[term / AXES])
+}
+
+/// The fit with a response that is no line, to first order; `None` where too few directions check it
+/// (docs/theory/multipose.md, eq. 39).
+fn bends(plain: &AccelerometerFit) -> Option<Bent> {
     if directions::count(&plain.groups) <= UNKNOWNS + AXES {
         return None;
     }
-    let mut rows = rows_with_squares(&plain.model, &plain.residuals);
+    let mut rows = rows_with_bends(&plain.model, &plain.residuals);
     plain.whitening.apply(&mut rows);
     let values = plain.whitening.of(values_of(&plain.residuals));
-    let sizes = DVector::from_fn(UNKNOWNS + AXES, |i, _| match i.checked_sub(UNKNOWNS) {
-        Some(_) => LARGEST_NON_LINEARITY,
-        None => self::sizes(gravity)[i],
-    });
-    let covariance = observability::covariance(&rows, &sizes).ok()?;
-    let step = -(&covariance * rows.tr_mul(&values));
-    let explained = values.norm_squared() - (&values + &rows * &step).norm_squared();
-    #[allow(clippy::cast_precision_loss)]
-    if chi_square_tail(explained.max(0.0), AXES as f64) >= FALSE_ALARM {
-        return None; // eq. 40
+    let usual = usual_bends();
+    let mut information = rows.tr_mul(&rows);
+    for term in 0..BENDS {
+        information[(UNKNOWNS + term, UNKNOWNS + term)] += usual[term].powi(-2);
     }
-    let at = |axis: usize| UNKNOWNS + axis;
-    Some((
-        NonLinearity {
-            value: Vector3::from_fn(|axis, _| step[at(axis)]),
-            sigma: Vector3::from_fn(|axis, _| covariance[(at(axis), at(axis))].sqrt()),
-        },
+    let covariance = information.cholesky()?.inverse();
+    let step = -(&covariance * rows.tr_mul(&values));
+    let terms: SVector<f64, BENDS> = SVector::from_fn(|term, _| step[UNKNOWNS + term]);
+    let left = (&values + &rows * &step).norm_squared() + terms.component_div(&usual).norm_squared();
+    #[allow(clippy::cast_precision_loss)]
+    let freedom = (values.len() - UNKNOWNS) as f64;
+    let explained = (values.norm_squared() - left) / (left / freedom).max(1.0);
+    let share = |term: usize| {
+        let place = UNKNOWNS + term;
+        1.0 - covariance[(place, place)] / usual[term].powi(2)
+    };
+    let determined = (0..BENDS).map(share).sum();
+    Some(Bent {
+        step,
+        terms,
         covariance,
-    ))
+        explained,
+        determined,
+    })
 }
 
-/// Derivatives of the residuals by the unknowns, and by the second-order non-linearity of each axis.
-fn rows_with_squares(model: &ErrorModel<f64>, residuals: &[LengthResidual]) -> DMatrix<f64> {
-    let mut rows = rows_of(residuals).insert_columns(UNKNOWNS, AXES, 0.0);
+/// Derivatives of the residuals by the unknowns, and by the terms of a response that is no line.
+fn rows_with_bends(model: &ErrorModel<f64>, residuals: &[LengthResidual]) -> DMatrix<f64> {
+    let mut rows = rows_of(residuals).insert_columns(UNKNOWNS, BENDS, 0.0);
     for (k, residual) in residuals.iter().enumerate() {
         for axis in 0..AXES {
-            let square = model.matrix.column(axis) * residual.vector[axis].powi(2);
-            rows[(k, UNKNOWNS + axis)] = -residual.response().dot(&square); // eq. 39
+            let of_axis = -residual.response().dot(&model.matrix.column(axis));
+            rows[(k, UNKNOWNS + axis)] = of_axis * residual.vector[axis].powi(2); // eq. 39
+            rows[(k, UNKNOWNS + AXES + axis)] = of_axis * residual.vector[axis].abs(); // eq. 39
         }
     }
     rows
 }
 
 /// The rests as a linear sensor would have read them.
-fn linearised(data: &RestForces, plain: &AccelerometerFit, non_linearity: &Vector3<f64>) -> RestForces {
+fn linearised(data: &RestForces, plain: &AccelerometerFit, terms: &SVector<f64, BENDS>) -> RestForces {
     let each = data.rests.iter().zip(&plain.residuals);
     let rests = each.map(|(rest, residual)| {
-        let squares = residual.vector.component_mul(&residual.vector);
+        let bends = Vector3::from_fn(|axis, _| {
+            let felt = residual.vector[axis];
+            terms[axis] * felt.powi(2) + terms[AXES + axis] * felt.abs()
+        });
         RestForce {
-            mean: rest.mean - plain.model.matrix * squares.component_mul(non_linearity), // eq. 39
+            mean: rest.mean - plain.model.matrix * bends, // eq. 39
             ..*rest
         }
     });
@@ -395,5 +468,7 @@ fn finish(
         weights,
         whitening,
         non_linearity: None,
+        beyond_usual: 0.0,
+        of_response: SMatrix::zeros(),
     })
 }

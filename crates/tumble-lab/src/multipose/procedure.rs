@@ -829,7 +829,7 @@ fn force_calibration(unit: &Acquired, fit: &AccelerometerFit) -> Result<TriadCal
     let mut covariance = ModelCovariance::zeros();
     for i in 0..UNKNOWNS {
         for j in 0..UNKNOWNS {
-            covariance[(PLACES[i], PLACES[j])] = fit.covariance[(i, j)] * widened;
+            covariance[(PLACES[i], PLACES[j])] = fit.covariance[(i, j)] * widened + fit.of_response[(i, j)];
         }
     }
     let parts = fit.model.decompose()?;

@@ -410,10 +410,10 @@ fn a_sensor_that_is_not_linear_keeps_bias_and_scale() {
     let k = Vector3::new(2e-4, -3e-4, 1.5e-4);
     let found = fit_forces(&bent(&ups(40), &k), GRAVITY, &ErrorModel::identity()).expect("solvable");
     let shown = found.non_linearity.expect("far beyond noise");
+    let [square, sigma] = shown.square;
     assert!(
-        (shown.value - k).amax() < 4.0 * shown.sigma.amax(),
-        "{:?} in place of {k}",
-        shown
+        (square - k).amax() < 4.0 * sigma.amax(),
+        "{shown:?} in place of {k}"
     );
     let sigmas = found.covariance.diagonal().map(f64::sqrt);
     let errors = unknowns_of(&found.model) - unknowns_of(&truth());

@@ -483,7 +483,7 @@ def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired, *, on_
         "accelerometer", figures["accelerometer"], unit.noise_density[:3], unit.bias_instability[:3], {}
     )
     assert found is not None
-    if figures["non_linearity"] is not None and _is_beyond_sensors(*figures["non_linearity"]):
+    if figures["non_linearity"] is not None and _is_beyond_sensors(figures["non_linearity"][0]):
         found = replace(found, objections=(*found.objections, NOT_LINEAR))
     if on_faces:
         return found
@@ -613,19 +613,25 @@ def _warnings(
             )
 
 
-def _is_beyond_sensors(values: Sequence[float], sigmas: Sequence[float]) -> bool:
-    each = zip(values, sigmas, strict=True)
+def _is_beyond_sensors(square: Sequence[Sequence[float]]) -> bool:
+    each = zip(*square, strict=True)
     return any(STANDARD_GRAVITY * (abs(value) - 2.0 * sigma) > LARGEST_NON_LINEARITY for value, sigma in each)
 
 
-def _about_non_linearity(values: Sequence[float], sigmas: Sequence[float]) -> str:
-    factor = 1e6 * STANDARD_GRAVITY
-    each = zip("xyz", values, sigmas, strict=True)
-    found = ", ".join(f"{axis} {factor * value:+.2g} ± {factor * sigma:.1g}" for axis, value, sigma in each)
+def _about_non_linearity(square: Sequence[Sequence[float]], magnitude: Sequence[Sequence[float]]) -> str:
+    by_square = _each_axis(square, 1e6 * STANDARD_GRAVITY)
+    # A term by the magnitude is half of what the scales of both signs differ by.
+    by_sign = _each_axis(magnitude, 2e6)
     return (
-        f"the accelerometer is not linear: by the square of the force it reads {found} ug/g^2 more; bias "
-        "and scale are found beside that, which no correction takes off"
+        f"the accelerometer is not linear: by the square of the force it reads {by_square} ug/g^2 more, and "
+        f"scales of both signs differ by {by_sign} ppm; bias and scale are found beside that, which no "
+        "correction takes off"
     )
+
+
+def _each_axis(term: Sequence[Sequence[float]], factor: float) -> str:
+    each = zip("xyz", *term, strict=True)
+    return ", ".join(f"{axis} {factor * value:+.2g} ± {factor * sigma:.1g}" for axis, value, sigma in each)
 
 
 def _about_the_start(result: MultiposeResult) -> Iterator[str]:
