@@ -140,14 +140,19 @@ def test_left_handed_unit_is_refused_with_the_option_that_helps(tmp_path, pair):
     [
         lambda force: force[:, [1, 0, 2]],
         lambda force: force[::-1],
-        np.zeros_like,
         lambda force: force / 9.80665,
     ],
-    ids=["axes exchanged", "of another time", "dead", "in g"],
+    ids=["axes exchanged", "of another time", "in g"],
 )
 def test_accelerometer_that_does_not_fit_is_refused_beside_gyroscopes(pair, corrupt):
     pair[1][:, 1:4] = corrupt(pair[1][:, 1:4].copy())
     with pytest.raises(tumble.ProcedureError, match=r"^u1: its accelerometer does not fit that of u0"):
+        aligned(pair)
+
+
+def test_a_dead_accelerometer_is_refused_by_its_name(pair):
+    pair[1][:, 1:4] = 0.0
+    with pytest.raises(tumble.ProcedureError, match=r"^u1: accelerometer x is stuck at 0 m/s\^2"):
         aligned(pair)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.duplicate_sensors import GyroscopeHead
+from tumble.acquisition.duplicate_sensors import UnitHeads
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.calibration.temperature_counts import TemperatureCounts
@@ -63,7 +63,7 @@ def acquire(
         stamp_sigma=recording.metadata.stamp_sigma,
     )
     counts = Counts()
-    head = GyroscopeHead()
+    heads = UnitHeads(recording.metadata.triads)
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
     samples = 0
     duration = 0.0
@@ -77,8 +77,7 @@ def acquire(
                 raise ProcedureError(
                     f"{odd}; give the unit of its time with --time-unit", about=recording.name
                 )
-            if "gyroscope" in recording.metadata.triads:
-                head.push(chunk.gyroscope)
+            heads.push(chunk)
             temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = corrected(chunk, calibration)
             push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
@@ -96,7 +95,7 @@ def acquire(
     facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
-    return Imu(recording, acquired, notices, facts, head.digest())
+    return Imu(recording, acquired, notices, facts, heads.gyroscope_digest(), heads.twice())
 
 
 def _say_what_was_read(
@@ -152,7 +151,7 @@ def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
 def refuse_if_damaged(name: str, imu: Imu, faults: Sequence[ChannelFault]) -> None:
     """Raises `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
     unit, time = imu.acquired, imu.log.time
-    problem = _samples(unit) or _time(unit, time) or _dead_channel(faults, time)
+    problem = _samples(unit) or _time(unit, time) or dead_channel(faults, time) or imu.axes_twice
     if problem:
         raise ProcedureError(problem, about=name)
 
@@ -189,7 +188,7 @@ def _time(unit: _core.Acquired, time: LogTime) -> str:
     return f"time does not advance at {when}; sort the samples and remove repeated time stamps"
 
 
-def _dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
+def dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
     """Names a channel that shows nothing, or nothing at rest; empty if there is none."""
     for channel, kind, value, first, last, *_ in faults:
         if kind == "stuck":

@@ -1,24 +1,26 @@
-"""One sensor logged under two names: no noise of two gyroscopes agrees to the bit."""
+"""One sensor or axis logged under two names: no noise of two agrees to the bit."""
 
 from __future__ import annotations
 
 import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from itertools import combinations
 
 import numpy as np
 
-from tumble.foundation.recording import FloatArray
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import TRIADS, Triad
 
 SAMPLES = 1000
 """Number of first samples of a log that are compared."""
 FEWEST = 100
 FEWEST_DIFFERENT = 10
-"""Readings that differ, of those compared: a gyroscope that is coarse or dead reads as any other does."""
+"""Readings that differ, of those compared: a sensor that is coarse or dead reads as any other does."""
 
 
-class GyroscopeHead:
-    """The first readings of a gyroscope, as they come by."""
+class SensorHead:
+    """The first readings of a sensor, as they come by."""
 
     __slots__ = ("_count", "_pieces")
 
@@ -26,20 +28,56 @@ class GyroscopeHead:
         self._pieces: list[FloatArray] = []
         self._count = 0
 
-    def push(self, rates: FloatArray) -> None:
+    def push(self, readings: FloatArray) -> None:
         """Adds (n, 3) successive readings, as logged."""
         if self._count < SAMPLES:
-            self._pieces.append(np.array(rates[: SAMPLES - self._count]))
+            self._pieces.append(np.array(readings[: SAMPLES - self._count]))
             self._count += len(self._pieces[-1])
 
     def digest(self) -> str:
-        """Returns what no other gyroscope has; empty where too little was read to decide."""
-        if self._count < FEWEST:
-            return ""
-        head = np.concatenate(self._pieces)
-        if len(np.unique(head, axis=0)) < FEWEST_DIFFERENT or not np.isfinite(head).all():
-            return ""
-        return hashlib.sha256(head.tobytes()).hexdigest()
+        """Returns what no other sensor has; empty where too little was read to decide."""
+        head = self._read()
+        decides = len(head) >= FEWEST and len(np.unique(head, axis=0)) >= FEWEST_DIFFERENT
+        return hashlib.sha256(head.tobytes()).hexdigest() if decides else ""
+
+    def has_axis_twice(self) -> bool:
+        """Returns whether two axes read the same to the bit; false where too little was read to decide."""
+        head = self._read()
+        if len(head) < FEWEST:
+            return False
+        different = [len(np.unique(values)) for values in head.T]
+        return any(
+            different[i] >= FEWEST_DIFFERENT and bool((head[:, i] == head[:, j]).all())
+            for i, j in combinations(range(3), 2)
+        )
+
+    def _read(self) -> FloatArray:
+        """Returns the readings, (n, 3); none where one is no number."""
+        head = np.concatenate([np.empty((0, 3)), *self._pieces])
+        return head if np.isfinite(head).all() else np.empty((0, 3))
+
+
+class UnitHeads:
+    """The first readings of both sensors of a unit."""
+
+    __slots__ = ("_heads",)
+
+    def __init__(self, triads: tuple[Triad, ...] = TRIADS) -> None:
+        self._heads = {triad: SensorHead() for triad in triads}
+
+    def push(self, chunk: Chunk) -> None:
+        """Adds successive samples, as logged."""
+        for triad, head in self._heads.items():
+            head.push(chunk.accelerometer if triad == "accelerometer" else chunk.gyroscope)
+
+    def gyroscope_digest(self) -> str:
+        """Returns the digest of the gyroscope; empty where there is none."""
+        return self._heads["gyroscope"].digest() if "gyroscope" in self._heads else ""
+
+    def twice(self) -> str:
+        """Describes a sensor of which two axes are one column; empty where there is none."""
+        found = (triad for triad, head in self._heads.items() if head.has_axis_twice())
+        return next((f"two axes of the {triad} read the same; check the columns" for triad in found), "")
 
 
 def duplicate_sensors(digests: Iterable[tuple[str, str]]) -> Iterator[str]:

@@ -54,7 +54,9 @@ class Imu:
     """Notices on samples that were left out while reading."""
     log: LogFacts = NO_LOG
     gyroscope_digest: str = ""
-    """Digest of the logged readings, as from `GyroscopeHead.digest`."""
+    """Digest of the logged readings, as from `SensorHead.digest`."""
+    axes_twice: str = ""
+    """Describes a sensor of which two axes are one column, as `UnitHeads.twice` does."""
 
     @property
     def name(self) -> str:

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.duplicate_sensors import GyroscopeHead
+from tumble.acquisition.acquire import dead_channel
+from tumble.acquisition.duplicate_sensors import UnitHeads
+from tumble.acquisition.imu import faults_of
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import FloatArray, SampleProgress
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream
@@ -33,7 +36,7 @@ class UnitSamples:
     notices: tuple[str, ...]
     """Notices on samples that were left out while reading."""
     gyroscope_digest: str
-    """Digest, as from `GyroscopeHead.digest`."""
+    """Digest, as from `SensorHead.digest`."""
 
     @property
     def rate(self) -> float:
@@ -70,13 +73,13 @@ def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> l
 
 def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     assert unit.recording is not None
-    segmenter, head = _core.Segmenter(), GyroscopeHead()
+    segmenter, heads = _core.Segmenter(), UnitHeads()
     times, forces, rates = [], [], []
     samples = 0
     stream = unit.recording.chunks()
     for chunk in stream:
         segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
-        head.push(chunk.gyroscope)
+        heads.push(chunk)
         times.append(chunk.time)
         forces.append(chunk.accelerometer)
         rates.append(chunk.gyroscope)
@@ -88,13 +91,16 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     timed = np.isfinite(time)
     time = time[timed]
     _refuse_if_backwards(unit.name, time)
-    bias, sigma = _bias_at_rest(segmenter.finish())
+    acquired = segmenter.finish()
+    if fault := dead_channel(faults_of(acquired), LogTime(float(time[0]))) or heads.twice():
+        raise ProcedureError(f"{unit.name}: {fault}")
+    bias, sigma = _bias_at_rest(acquired)
     return UnitSamples(
         (time, np.concatenate(forces)[timed], np.concatenate(rates)[timed]),
         bias,
         sigma,
         stream.counts.notices() if isinstance(stream, ChunkStream) else (),
-        head.digest(),
+        heads.gyroscope_digest(),
     )
 
 

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import acquire, refuse_if_damaged
+from tumble.acquisition.acquire import acquire, refuse_if_damaged, scale_notice
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
+from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.noise_terms import TERM_UNITS
 from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress
@@ -171,6 +172,7 @@ def _notices(units: Sequence[Imu]) -> Iterator[str]:
             *unit.recording.metadata.remarks,
             *unit.recording.metadata.assumptions,
             *unit.notices,
+            *(scale_notice(unit.acquired, STANDARD_GRAVITY) if "accelerometer" in unit.triads else ()),
         ):
             yield f"{whose}{line}"
         refused = unit.acquired.rejected_rests

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.acquisition.duplicate_sensors import GyroscopeHead, duplicate_sensors
+from tumble.acquisition.duplicate_sensors import SensorHead, duplicate_sensors
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.file_status import exists
 from tumble.foundation.log_reading import LogReading
@@ -239,7 +239,7 @@ class _Reader:
     read: int = 0
     interval: float = np.nan
     """s between two samples, in the middle of those read last."""
-    gyroscope: GyroscopeHead = field(default_factory=GyroscopeHead)
+    gyroscope: SensorHead = field(default_factory=SensorHead)
 
     def refill(self) -> None:
         """Reads on where nothing is waiting."""

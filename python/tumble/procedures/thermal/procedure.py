@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import acquire, refuse_if_damaged
+from tumble.acquisition.acquire import acquire, refuse_if_damaged, refuse_if_misread
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.notices import correction_notice
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
+from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Parameter
@@ -145,6 +146,8 @@ def _refuse_unfit(unit: Imu) -> None:
     if not len(unit.acquired.rest_times) and not unit.acquired.rejected_rests:
         figures = {"still": 0.0, "moved": unit.log.duration or 0.0}
         raise ProcedureError(messages.explain("too little at rest", figures), about=unit.name)
+    if "accelerometer" in unit.triads:
+        refuse_if_misread(unit.name, unit.acquired, STANDARD_GRAVITY)
 
 
 def _read(

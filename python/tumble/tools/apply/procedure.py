@@ -104,11 +104,20 @@ def apply(
         calibration, what="log", name=metadata.name, serial=metadata.serial, triads=metadata.triads
     )
     of_log = map("the log {}".format, misuses)
+    of_thermometer = filter(None, (metadata.temperature_fault,))
     magnetic_warnings = warnings_on_magnetometer(calibration, track)
     return Applied(
         output,
         samples,
-        (*of_log, *metadata.assumptions, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out),
+        (
+            *of_log,
+            *metadata.assumptions,
+            *of_thermometer,
+            *warnings,
+            *magnetic_warnings,
+            *temperatures.notices(),
+            *left_out,
+        ),
     )
 
 
