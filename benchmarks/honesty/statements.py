@@ -137,7 +137,7 @@ def answered(session: Session, answer: Answer, folder: Path) -> Statement:
 
 def _off(actual: float, term: Mapping[str, Any]) -> float:
     """Error of a term with a 95 % interval, in sigmas."""
-    value, low, high = term["value"], term["low"], term["high"]
+    value, low, high = (float(term[name]) for name in ("value", "low", "high"))
     outside = max(low - actual, actual - high)
     if outside > 0.0:
         return SIGMAS_OF_95 * (1.0 + 2.0 * outside / (high - low))
