@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 
 import numpy as np
 import pytest
@@ -298,3 +299,41 @@ def test_a_signal_that_ends_the_program_stops_the_table(which):
 def test_limits_that_are_none_are_refused_in_one_line(limits, problem):
     with pytest.raises(TableError, match=problem):
         parse_limits(limits, TWO)
+
+
+class BlockedTable(NotingTable):
+    """Leaves a question unanswered until it is released."""
+
+    def __init__(self):
+        super().__init__()
+        self.is_asked, self.is_released = threading.Event(), threading.Event()
+
+    def settled(self):
+        self.is_asked.set()
+        self.is_released.wait()
+        return super().settled()
+
+
+def test_halt_needs_no_thread_that_uses_the_line():
+    table, raised = BlockedTable(), []
+
+    def ask(guarded):
+        try:
+            guarded.settled()
+            guarded.settled()
+        except TableError as error:
+            raised.append(str(error))
+
+    with GuardedTable(table, armed=True) as guarded:
+        asking = threading.Thread(target=ask, args=(guarded,))
+        asking.start()
+        table.is_asked.wait()
+        guarded.halt()
+        assert table.told == ["stop"]
+        table.is_released.set()
+        asking.join()
+        assert "was stopped; arm it again" in raised[0]
+        with pytest.raises(TableError, match="was stopped"):
+            guarded.goto(np.radians([10.0, 0.0]))
+    guarded.halt()
+    assert table.told == ["stop", "stop"], "a table that was left needs no stop"

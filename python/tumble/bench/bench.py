@@ -444,7 +444,8 @@ class Bench(Shared):
             is_gone = self._is_operator_gone()
             if is_gone:
                 self.access.note_absence()
-            if self.engine.moves_table and self._tenure_of_run != self.access.tenure:
+            moves = self.engine.moves_table and not self.engine.is_ending
+            if moves and self._tenure_of_run != self.access.tenure:
                 self.engine.pause(ABSENT if is_gone else HANDED_OVER)
             view, folder = self.engine.view, self.engine.folder
             if self.simulated is not None and self.engine.state == "running" and view and folder:

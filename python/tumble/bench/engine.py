@@ -22,6 +22,8 @@ from tumble.tools.guided.run import GuidedRun, run_kind
 from tumble.tools.guided.view import RunView, ViewKind
 
 EngineState: TypeAlias = Literal["idle", "running", "paused", "calibrating", "result", "error"]
+CLOSED_WITHIN = 10.0
+"""s that a recording may take to end: a run that waits for a line for ever ends with the program."""
 MOST_NOTES = 200
 """Events of a run that are kept for whoever opens the page later."""
 NOTED: tuple[ViewKind, ...] = ("held", "part done", "warning", "done", "ended early")
@@ -60,6 +62,8 @@ class Engine(Shared):
         """Number of views so far, by which a page sees whether there is a newer one."""
         self._run: GuidedRun | None = None
         self._thread: threading.Thread | None = None
+        self._stopping: threading.Thread | None = None
+        """Thread that stops the table of a run."""
         self._lock = threading.Lock()
         self._ends: Literal["pause", "finish"] = "pause"
         self._is_to_end = False
@@ -78,6 +82,11 @@ class Engine(Shared):
         """Returns whether a run is under way that may move a table, or will once it is planned."""
         table = self.folder.order.table if self.folder is not None else None
         return self.state == "running" and table is not None and table.armed
+
+    @property
+    def is_ending(self) -> bool:
+        """Returns whether the run under way was stopped."""
+        return self._is_to_end
 
     def begin(self, folder: RunFolder, order: RunOrder) -> None:
         """Begins or resumes a run; raises `TumbleError` where another is under way.
@@ -161,9 +170,14 @@ class Engine(Shared):
 
     @as_bench
     def close(self) -> None:
-        """Pauses what runs, and waits until its recording is whole."""
+        """Pauses what runs, and waits until its recording is whole, but not for a line that blocks it."""
         self.pause()
-        if self._thread is not None:
+        if self._stopping is not None:
+            clock.wait(self._stopping, CLOSED_WITHIN)
+        if self._thread is not None and not clock.wait(self._thread, CLOSED_WITHIN):
+            if self.state == "running":
+                _log.error("a run did not end within %g s; what it had recorded stays", CLOSED_WITHIN)
+                return
             clock.wait(self._thread)
 
     def _end(self, how: Literal["pause", "finish"], why: Message | None = None) -> None:
@@ -173,8 +187,19 @@ class Engine(Shared):
             self._ends, self._is_to_end = how, True
             self.trouble = why or self.trouble
             if self._run is not None:
-                self._run.stop()
+                # Neither a page nor the watchdog waits for a table to answer.
+                self._stopping = clock.thread(self._stop, self._run, name="stop")
+                self._stopping.start()
         self._remember(how, str(why or ""))
+
+    @as_bench
+    def _stop(self, run: GuidedRun) -> None:
+        """Stops a run, and its table, by a thread of its own: the one of the run may wait for a line."""
+        try:
+            run.stop()
+        except TumbleError as error:
+            self.trouble = message(str(error))
+            self._on_change()
 
     def _remember(self, command: str, subject: str = "") -> None:
         """Stores a command with the recording; one that cannot be stored is carried out all the same."""

@@ -37,6 +37,9 @@ from tumble.logs.options import ReadOptions, options_for
 RETRY = 1.0
 """s between two attempts to open a source that was lost."""
 
+LEFT_WITHIN = 0.1
+"""s for which the end of a set waits for sources that are being opened."""
+
 ABREAST = 0.01
 """s by which one of several logs without pace may be given ahead of the others."""
 
@@ -114,10 +117,19 @@ class _Unit:
         """Returns the error with the name of its unit."""
         return LogError(f"{self.name}: {error}")
 
-    def opened_anew(self) -> Source:
-        source = self.opening()
-        source.__enter__()
-        return source
+    def open_anew(self) -> None:
+        """Begins to open a new source, which `returning` then holds."""
+        self.returning = Future()
+        clock.thread(self._open, self.returning, name="opener").start()
+
+    def _open(self, opened: Future[Source]) -> None:
+        try:
+            source = self.opening()
+            source.__enter__()
+        except BaseException as error:
+            opened.set_exception(error)
+        else:
+            opened.set_result(source)
 
 
 class LiveSet:
@@ -167,8 +179,6 @@ class LiveSet:
         samples, and those of all units come together."""
         self._heartbeat_at = -math.inf
         """s of `clock.now()` before which no unit is silent for `HEARTBEAT`."""
-        self._opener = clock.executor("opener")
-        """Opens what was lost, as others cannot wait for a host that does not answer."""
 
     @property
     def is_replay(self) -> bool:
@@ -211,10 +221,11 @@ class LiveSet:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._opener.shutdown()
+        until = clock.now() + LEFT_WITHIN
         for unit in self._units.values():
-            if unit.returning is not None and unit.returning.exception() is None:
-                unit.returning.result().__exit__(kind, error, trace)
+            if unit.returning is not None:
+                clock.wait(unit.returning, max(0.0, until - clock.now()))
+                unit.returning.add_done_callback(_leave_opened)
             if unit.is_open:
                 self._leave(unit)
         self._selector.close()
@@ -322,12 +333,12 @@ class LiveSet:
         self._heartbeat_at = min(unit.heard for unit in self._units.values()) + HEARTBEAT
 
     def _bring_back(self) -> None:
-        """Opens anew, one after another, what was lost."""
+        """Opens anew what was lost, each in a thread of its own: a host may never answer."""
         now = clock.now()
         for unit in self._units.values():
             if unit.retry_at <= now:
                 unit.retry_at = math.inf
-                unit.returning = self._opener.submit(unit.opened_anew)
+                unit.open_anew()
             if unit.returning is not None and unit.returning.done():
                 self._take_back(unit, unit.returning)
 
@@ -363,6 +374,12 @@ class LiveSet:
             if not here:
                 self._selector.unregister(unit.line)
         unit.source.__exit__(None, None, None)
+
+
+def _leave_opened(opened: Future[Source]) -> None:
+    """Closes a source that was opened too late."""
+    if opened.exception() is None:
+        opened.result().__exit__(None, None, None)
 
 
 def open_set(

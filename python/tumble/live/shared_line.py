@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from threading import Lock
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
@@ -102,6 +103,7 @@ class SharedLine(ABC, Generic[Part]):
         self.transport = transport
         self.lost = False
         """Indicates whether it ended or was unplugged, and must not be opened again."""
+        self._entering = Lock()
         self.units: list[LineUnit[Part]] = []
         """Those that are read at present."""
         self._senders: set[object] = set()
@@ -125,9 +127,10 @@ class SharedLine(ABC, Generic[Part]):
 
     def enter(self, unit: LineUnit[Part]) -> None:
         """Opens the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
-        if not self.units:
-            self._open()
-        self.units.append(unit)
+        with self._entering:
+            if not self.units:
+                self._open()
+            self.units.append(unit)
 
     def leave(self, unit: LineUnit[Part]) -> None:
         """Closes the line where this was the last of its units."""
@@ -198,10 +201,12 @@ class SharedLines:
 
     def __init__(self) -> None:
         self._lines: dict[str, SharedLine[Any]] = {}
+        self._making = Lock()
 
     def line(self, address: Address, make: Callable[[], SharedLine[Any]]) -> SharedLine[Any]:
         """Returns the line of an address, one that is `make`d where there is none, or where it was lost."""
-        line = self._lines.get(address.line)
-        if line is None or line.lost:
-            line = self._lines[address.line] = make()
-        return line
+        with self._making:
+            line = self._lines.get(address.line)
+            if line is None or line.lost:
+                line = self._lines[address.line] = make()
+            return line

@@ -102,12 +102,13 @@ class GuidedTurntable:
         """See `GuidedRun`."""
         with ExitStack() as stack:
             if self._table is not None:
-                self._drive = stack.enter_context(self._table.entered())
+                self._drive = drive = stack.enter_context(self._table.entered())
+                if self._stops:
+                    drive.halt()
             self._live = live = self._begun()
             for step in live.steps():
                 yield self._view(live, step)
                 if self._stops:
-                    self._halt()
                     live.stop()
                 while self._wanted:
                     live.redo(self._wanted.popleft())
@@ -116,6 +117,8 @@ class GuidedTurntable:
     def stop(self) -> None:
         """See `GuidedRun`."""
         self._stops = True
+        if (drive := self._drive) is not None:
+            drive.halt()
 
     def act(self, action: str, subject: str = "") -> None:
         """See `GuidedRun`."""
@@ -145,11 +148,6 @@ class GuidedTurntable:
         drive = None if live.is_for_hand else self._drive
         aimed = drive.aimed_up if drive is not None else None
         return view_of(live, step, self._reference, by_table=drive is not None, aimed=aimed)
-
-    def _halt(self) -> None:
-        drive, self._drive = self._drive, None
-        if drive is not None:
-            drive.halt()
 
     def _begun(self) -> LiveTurntable:
         order, table = self._order, self._table

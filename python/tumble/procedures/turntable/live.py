@@ -145,6 +145,9 @@ class Driver(Protocol):
         Raises `TableError` where the table does not obey.
         """
 
+    def halt(self) -> None:
+        """Stops the table for good, from any thread; raises `TableError` where that is not answered."""
+
     def shows(self, up: FloatArray) -> bool:
         """Returns whether the table goes where this direction, (3,) in its frame, points up."""
 
@@ -289,6 +292,10 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
         """
         keep_poses(self.session, self._poses)
         yield from self._guided()
+
+    def _halt(self) -> None:
+        if self._driver is not None:
+            self._driver.halt()
 
     def _steps_of(self, step: RecordStep) -> Iterator[TurntableStep]:
         if step.kind == LISTENING:

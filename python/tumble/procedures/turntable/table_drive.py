@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, TypeGuard
 
@@ -14,7 +15,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import join
 from tumble.poses.pose_list import Pose, PoseList, angle_between
 from tumble.tools.table.axes import Axis, ups
-from tumble.tools.table.guarded import GuardedTable
+from tumble.tools.table.guarded import GuardedTable, HaltedTableError
 from tumble.tools.table.plan import PosePlan, reachable
 from tumble.tools.table.rate_runs import RateRun, Sweep
 
@@ -79,11 +80,15 @@ class TableDrive:
         return ups(self._table.axes, stop.angles[np.newaxis])[0] if isinstance(stop, Position) else None
 
     def halt(self) -> None:
-        """Stops the table at once, wherever it is; raises `TableError` where that is not answered."""
-        self._table.stop()
+        """See `Driver`."""
+        self._table.halt()
 
     def advance(self, now: float, rest: float | None) -> None:
         """See `Driver`."""
+        with suppress(HaltedTableError):
+            self._advance(now, rest)
+
+    def _advance(self, now: float, rest: float | None) -> None:
         if self.is_done:
             return
         if self._motion != "none":

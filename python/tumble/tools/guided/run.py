@@ -27,7 +27,11 @@ class GuidedRun(Protocol):
         """
 
     def stop(self) -> None:
-        """Requests `views` to end soon; what was recorded stays, and an order with `resume` goes on."""
+        """Stops a table at once, whatever `views` waits for, and requests `views` to end soon.
+
+        Recordings stay, and an order with `resume` goes on. Raises `TableError` where the table does not
+        answer.
+        """
 
     def act(self, action: str, subject: str = "") -> None:
         """Does one of the `actions` of the newest view; one that is no longer offered does nothing."""

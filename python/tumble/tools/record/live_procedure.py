@@ -18,7 +18,7 @@ from tumble.tools.record.acquired import Acquisition
 from tumble.tools.record.finding import Finding
 from tumble.tools.record.frozen import FrozenUnits
 from tumble.tools.record.objections import Objection
-from tumble.tools.record.procedure import Recorder, RecordStep
+from tumble.tools.record.procedure import Recorder, RecordStep, halted_by_errors
 from tumble.tools.record.rest import RestUnderWay
 from tumble.tools.record.silence import Silence
 
@@ -75,6 +75,7 @@ class LiveProcedure(ABC, Generic[Step, Found]):
             on_samples=self._take,
             report_every=BETWEEN_REPORTS / units.clock_rate,
             by_hand=by_hand,
+            on_failure=self._halt,
         )
         self._rest = RestUnderWay()
         self._finding: Finding[Found] = Finding()
@@ -102,11 +103,14 @@ class LiveProcedure(ABC, Generic[Step, Found]):
         """Records until the end, or for `duration` s, and returns what happens meanwhile."""
         self._recorder.describe(self._procedure)
         try:
-            with self._recorder:
+            with self._recorder, halted_by_errors(self._halt):
                 for step in self._recorder.steps(duration):
                     yield from self._steps_of(step)
         finally:
             self._finding.close()
+
+    def _halt(self) -> None:
+        """Stops what moves; called at each error before anything is closed."""
 
     @abstractmethod
     def _steps_of(self, step: RecordStep) -> Iterator[Step]:

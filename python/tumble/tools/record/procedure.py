@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -113,13 +114,23 @@ def _is_held(stamps: FloatArray, force: FloatArray, rate: FloatArray) -> bool:
     return len(rests) > 0 and bool(stamps[-1] - stamps[rests[-1][1]] < SHORTEST_REST)
 
 
+@contextmanager
+def halted_by_errors(halt: Callable[[], None]) -> Iterator[None]:
+    """Calls `halt` where the block is left by an error or a signal, or is left half way, before all else."""
+    try:
+        yield
+    except BaseException:
+        halt()
+        raise
+
+
 class Recorder:
     """Records a `LiveSet` into a folder: a context manager; exhaust `steps`.
 
     `typed` is what was typed for each unit, `serials` the known serial numbers. `on_samples` receives
     what is recorded of each unit as soon as it came; `report_every` s there is a step at the latest. Units
-    that are held `by_hand` need not be as still as those that lie, and may tremble. All else is as for
-    `SessionWriter`, whose errors it raises.
+    that are held `by_hand` need not be as still as those that lie, and may tremble. `on_failure` is called at
+    an error before any source is closed. All else is as for `SessionWriter`, whose errors it raises.
     """
 
     def __init__(
@@ -133,8 +144,10 @@ class Recorder:
         on_samples: Callable[[str, LiveChunk], None] = lambda name, chunk: None,
         report_every: float = REPORT_EVERY,
         by_hand: bool = False,
+        on_failure: Callable[[], None] = lambda: None,
     ) -> None:
         self._set = units
+        self._on_failure = on_failure
         self._on_samples = on_samples
         self._report_every = report_every
         self._events: list[SourceEvent] = []
@@ -178,7 +191,7 @@ class Recorder:
         Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full.
         """
         reason: EndReason | None = None
-        with self._set as units:
+        with self._set as units, halted_by_errors(self._on_failure):
             self._began = report_at = clock.now()
             yield self._step(LISTENING)
             for name, chunk in units:

@@ -25,7 +25,7 @@ from tumble.tools.table.survivor import survivor
 Answer = TypeVar("Answer")
 
 POLL = 0.02
-"""s between two questions whether the table has settled."""
+"""s between two questions whether the table has settled, and between two looks whether the line is free."""
 PATIENCE, AT_LEAST = 1.5, 5.0
 """A motion is overdue after so many times what it should take, and so many s."""
 SERVO_ERROR = math.radians(0.5)
@@ -37,6 +37,10 @@ IMPATIENCE = 0.25
 """s that the stop of a program that ends waits for an answer under way; then it is sent all the same."""
 
 
+class HaltedTableError(TableError):
+    """A command to a table that another thread has stopped for good."""
+
+
 class GuardedTable:
     """Stands before any driver: limits before each command, a stop on every way out, nothing unless armed.
 
@@ -46,9 +50,9 @@ class GuardedTable:
     Leaving it stops the table, and so does any signal that ends or suspends the program, whichever thread
     holds the table and whatever the main thread does. Outside the main thread it can be armed only where that
     one is within `tumble.foundation.ending.watched`. So does silence: a driver raises where a query is not
-    answered in time. A line that is lost is opened once more to send the stop. After any error nothing moves
-    until the table is entered again. A process beside the program stops a table that has an address where the
-    program is killed or crashes.
+    answered in time. A line that is lost is opened once more to send the stop. After any error, and after
+    `halt`, nothing moves until the table is entered again. A process beside the program stops a table that
+    has an address where the program is killed or crashes.
 
     A motion to angles has settled when the driver reports it *and* the table stands there: a driver that
     reports the end of a motion before it began, or of one that a collision ended, is not relied on.
@@ -77,8 +81,13 @@ class GuardedTable:
         """(axes,) rad of the last motion to angles; None after a motion at rates or a stop."""
         self._ended_by: int | None = None
         """Number of the signal by which the program ends or is suspended."""
+        self._is_halted = False
+        """Indicates whether another thread has stopped the table for good."""
+        self._is_open = False
         self._line = threading.RLock()
         """Held by the thread that queries or commands the driver."""
+        self._halting = threading.Lock()
+        """Held by another thread than the one that drives the table, while that one stops it."""
         self._registered = ExitStack()
 
     @property
@@ -92,7 +101,7 @@ class GuardedTable:
         return self._table.remarks
 
     def __enter__(self) -> GuardedTable:
-        self._enabled = self._halted = False
+        self._enabled = self._halted = self._is_halted = False
         self._ended_by = None
         with ExitStack() as stack:
             if self.armed:
@@ -105,6 +114,7 @@ class GuardedTable:
             if self.armed and (address := getattr(self._table, "address", "")):
                 stack.enter_context(survivor(address))
             self._registered = stack.pop_all()
+        self._is_open = True
         return self
 
     def __exit__(
@@ -117,6 +127,11 @@ class GuardedTable:
             # A table that is not registered any more is not stopped over a line that is closed.
             with ExitStack() as left:
                 left.push(lambda *_: self._table.__exit__(kind, error, trace))
+                # A stop that another thread has sent is answered over a line that is open.
+                left.callback(self._halting.release)
+                _acquired(self._halting)
+                left.enter_context(self._alone())
+                self._is_open = False
                 self._registered.close()
 
     def goto(
@@ -165,8 +180,10 @@ class GuardedTable:
     def settled(self) -> bool:
         """Returns True if the last motion has ended, at its angles where it had any.
 
-        Raises `TableError` where it is overdue, has ended elsewhere, or went too far.
+        Raises `TableError` where it is overdue, has ended elsewhere, or went too far, and where the table was
+        stopped by something else than a command of this thread.
         """
+        self._refuse_after_a_stop()
         settled = self._guarded(self._table.settled)
         self._check_angles()
         missed = list(self._missed()) if settled else []
@@ -188,6 +205,20 @@ class GuardedTable:
         """Brings all axes to rest, armed or not; raises `TableError` where that is not answered."""
         self._target = None
         self._stop_for_sure(None)
+
+    def halt(self) -> None:
+        """Stops the table for good, from any thread, whatever the one that drives it waits for.
+
+        Nothing moves until the table is entered again; a table that was left needs no stop. Raises
+        `TableError` where the stop is not answered.
+        """
+        self._is_halted = True
+        self._target = None
+        if self.armed and _acquired(self._halting):
+            try:
+                self._stop_for_sure(None, IMPATIENCE)
+            finally:
+                self._halting.release()
 
     def _figures(self, figures: FloatArray | None, what: str = "") -> FloatArray:
         """Returns (axes,) finite numbers; those of the limits if none are given."""
@@ -271,12 +302,23 @@ class GuardedTable:
 
     def _refuse_at_the_end(self) -> None:
         """Raises what ends the program where a signal does: in other threads than the main one an error."""
+        self._refuse_after_a_stop()
         number = self._ended_by
         if number is None:
             return
         if number not in SUSPENDING and threading.current_thread() is threading.main_thread():
             raise end_of(number)
-        raise TableError(f"{self.name}: was stopped, as the program was to end or to be suspended")
+        raise self._was_stopped_at_the_end()
+
+    def _was_stopped_at_the_end(self) -> TableError:
+        return TableError(f"{self.name}: was stopped, as the program was to end or to be suspended")
+
+    def _refuse_after_a_stop(self) -> None:
+        """Raises `TableError` where no motion of this thread goes on any more."""
+        if self._is_halted:
+            raise HaltedTableError(f"{self.name}: was stopped; arm it again to go on")
+        if self._ended_by in SUSPENDING:
+            raise self._was_stopped_at_the_end()
 
     def _stop_at_the_end(self, number: int) -> None:
         """Stops the table for a program that ends; may be called by any thread, at any time."""
@@ -285,11 +327,11 @@ class GuardedTable:
             self._table.stop()
 
     @contextmanager
-    def _alone(self, patience: float = -1.0) -> Iterator[None]:
-        """Waits until no other thread uses the line, but no longer than `patience`, s."""
-        is_alone = self._line.acquire(timeout=patience)
+    def _alone(self, patience: float = math.inf) -> Iterator[bool]:
+        """Waits `patience` s at most until no other thread uses the line; gives whether none does."""
+        is_alone = self._line.acquire(timeout=patience) if patience < math.inf else _acquired(self._line)
         try:
-            yield
+            yield is_alone
         finally:
             if is_alone:
                 self._line.release()
@@ -305,28 +347,34 @@ class GuardedTable:
             raise
 
     def _fail(self, error: BaseException) -> None:
-        """Stops, then raises."""
+        """Stops, then raises; where another thread has stopped the table, an error may come of that."""
         self._halted = True
         self._stop_for_sure(error)
+        if isinstance(error, Exception):
+            self._refuse_after_a_stop()
         raise error
 
-    def _stop_for_sure(self, reason: BaseException | None) -> None:
+    def _stop_for_sure(self, reason: BaseException | None, patience: float = math.inf) -> None:
         """Sends the stop until it is answered, the second time over a new line; no signal interrupts that.
 
-        Raises `TableError`, with what came before, where it never is.
+        The first one waits `patience` s for another thread that uses the line. Raises `TableError`, with what
+        came before, where it never is answered.
         """
         failure: BaseException | None = None
-        with shielded(), self._alone():
-            for _ in range(STOPS):
-                try:
-                    if isinstance(failure, Exception):
-                        self._table.__exit__(None, None, None)
-                        self._table.__enter__()
-                    self._table.stop()
-                except BaseException as error:
-                    failure = error
-                else:
-                    break
+        with shielded():
+            for wait in (patience, *(STOPS - 1) * [max(patience, AT_LEAST)]):
+                with self._alone(wait) as is_alone:
+                    if not self._is_open:
+                        return
+                    try:
+                        if is_alone and isinstance(failure, Exception):
+                            self._table.__exit__(None, None, None)
+                            self._table.__enter__()
+                        self._table.stop()
+                    except BaseException as error:
+                        failure = error
+                    else:
+                        break
             else:
                 raise self._unanswered(reason, failure) from failure
         # A Ctrl-C that came just before the stop, which was sent all the same.
@@ -341,3 +389,10 @@ class GuardedTable:
         return ", ".join(
             f"{axis.name} {figure:.6g}" for axis, figure in zip(self.axes, figures.tolist(), strict=True)
         )
+
+
+def _acquired(lock: threading.Lock | threading.RLock) -> bool:
+    """Waits until a lock is free, and takes it; returns True."""
+    while not lock.acquire(blocking=False):
+        clock.sleep(POLL)
+    return True
