@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import FunctionType
 
 import pytest
@@ -19,6 +20,8 @@ from tumble.bench.settings import BenchSettings
 from tumble.bench.sources import BenchSource, BenchSources
 from tumble.foundation.errors import TumbleError
 from tumble.tools.guided.order import RunOrder, TableOrder
+from tumble.tools.table.profile import profile_text
+from tumble.tools.table.registry import open_table
 
 POSES = "schema: tumble-poses/1\nposes:\n- {name: Z up, up: [0, 0, 1]}\n"
 
@@ -69,6 +72,58 @@ def test_a_pose_list_that_was_written_anew_moves_no_table(bench, tmp_path):
         bench.start()
     assert not bench.is_armed
     assert bench.engine.state == "idle"
+
+
+@pytest.fixture
+def profile(bench, tmp_path):
+    """A profile of the user, which the table of the bench is named by."""
+    path = tmp_path / "profiles" / "ours.yaml"
+    path.parent.mkdir()
+    path.write_text(profile_text("scpi"))
+    bench.change_table(address=f"text:TCPIP::127.0.0.1::9::SOCKET?profile={path}")
+    return path
+
+
+def faster(path):
+    """Writes a profile anew, with a higher rate."""
+    path.write_text(path.read_text().replace("rate: 60.0", "rate: 170.0"))
+
+
+def test_a_profile_that_was_written_anew_moves_no_table(bench, profile):
+    bench.arm(bench.motion)
+    faster(profile)
+    with pytest.raises(TumbleError, match="what the table was armed for has changed"):
+        bench.start()
+    assert not bench.is_armed
+
+
+def test_the_table_is_opened_with_the_profile_it_was_armed_for(bench, profile, monkeypatch):
+    orders = []
+    monkeypatch.setattr(bench.engine, "begin", lambda _folder, order: orders.append(order))
+    bench.arm(bench.motion)
+    bench.start()
+    faster(profile)
+    (table,) = (order.table for order in orders)
+    armed, anew = open_table(table.address, table.documents), open_table(table.address)
+    assert [round(math.degrees(each.axes[0].limits.rate)) for each in (armed, anew)] == [60, 170]
+
+
+@pytest.mark.parametrize("file", ["profile", "poses"])
+def test_a_paused_run_goes_on_with_the_files_that_were_shown(bench, profile, tmp_path, monkeypatch, file):
+    orders, poses = [], tmp_path / "poses.yaml"
+    table = TableOrder(address=bench.choice.table.address)
+    order = RunOrder(folder=tmp_path, sources={}, options={"poses": str(poses)}, table=table)
+    bench.engine.adopt(RunFolder.begin(tmp_path, "turntable", order))
+    shown = bench.paused_motion
+    if file == "profile":
+        faster(profile)
+    else:
+        poses.write_text(POSES.replace("[0, 0, 1]", "[0, 0, -1]"))
+    with pytest.raises(TumbleError, match="what the table was armed for has changed"):
+        bench.resume(armed=shown)
+    monkeypatch.setattr(bench.engine, "begin", lambda _folder, order: orders.append(order))
+    bench.resume(armed=bench.paused_motion)
+    assert orders[0].table.documents == {"profile": profile.read_text()}
 
 
 def test_what_is_changed_and_changed_back_stays_disarmed(bench):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from repetitions import SOAK, drawn_seed
 from table_fixtures import ObservedTable, served
 from tumble.foundation.ending import ENDING
 from tumble.tools.simulate import LiveSimulation
+from tumble.tools.table.profile import profile_text
 
 NAMED = ("INT", "TERM", "HUP", "QUIT", "USR1", "USR2", "ALRM", "ABRT", "XCPU")
 SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in NAMED)
@@ -148,6 +150,58 @@ def test_a_survivor_imports_nothing_from_the_working_folder(tmp_path):
     with moving(TUMBLE, *TURNING, cwd=crowd(tmp_path)) as (process, table):
         process.kill()
         table.wait_until_it_is_stopped()
+
+
+LOST = {
+    "deleted": lambda profile: profile.unlink(),
+    "half written": lambda profile: profile.write_text(profile.read_text()[:300]),
+    "in a folder that is gone": lambda profile: shutil.rmtree(profile.parent),
+}
+
+
+@pytest.mark.parametrize("what", LOST)
+def test_a_survivor_needs_no_file_after_the_death(tmp_path, what):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    profile = folder / "ours.yaml"
+    profile.write_text(profile_text("scpi"))
+    with served("scpi") as (address, table):
+        observed = ObservedTable(table)
+        ours = address.replace("profile=scpi", "profile=ours.yaml")
+        with running("-m", "tumble", *TURNING, ours, cwd=folder) as process:
+            observed.wait_until_it_moves()
+            LOST[what](profile)
+            process.kill()
+            observed.wait_until_it_is_stopped()
+
+
+IMPORTED_LATE = """
+    import io, json, os, sys
+    from tumble.tools.table import survivor
+    ready = io.BytesIO()
+    class Lines:
+        def readline(self):
+            return json.dumps([sys.argv[1], {"profile": sys.argv[2]}]).encode() + b"\\n"
+        def read(self):
+            self.known = set(sys.modules)
+            sys.addaudithook(lambda name, _: name == "open" and opened.append(name))
+            return b""
+    opened, lines = [], Lines()
+    lines.buffer = lines
+    sys.stdin = lines
+    survivor.stand_by()
+    print(sorted(set(sys.modules) - lines.known), opened)
+"""
+
+
+def test_a_survivor_imports_and_opens_nothing_after_the_death():
+    with served("scpi") as (address, table):
+        observed = ObservedTable(table)
+        program = textwrap.dedent(IMPORTED_LATE)
+        with running("-c", program, address, profile_text("scpi")) as process:
+            out, err = process.communicate(timeout=PATIENCE)
+            observed.wait_until_it_is_stopped()
+    assert out.splitlines() == ["ready", "[] []"], out + err
 
 
 def test_a_crash_in_native_code_leaves_the_table_to_a_survivor():

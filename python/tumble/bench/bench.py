@@ -7,7 +7,8 @@ import json
 import math
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -35,6 +36,7 @@ from tumble.foundation.plain import finite
 from tumble.tools.guided.field import FieldValue
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.run import RunKind, run_kind, run_kinds
+from tumble.tools.table.registry import table_documents
 
 STATE = "bench.json"
 CHOSEN_FILES = ("*.yaml", "*.yml")
@@ -92,6 +94,8 @@ class PausedMotion:
     """Table that turns the units of a paused run once it goes on, and the tenure in which it is shown."""
 
     table: TableOrder
+    files: str
+    """Digest of the files of its order, such as a pose list; empty where one cannot be read."""
     tenure: int
 
 
@@ -117,8 +121,9 @@ class Bench(Shared):
         self.pulse = clock.now()
         """s at which the server last had time for its pages."""
         self._stalled_at = -math.inf
-        self._armed: tuple[ArmedMotion, str] | None = None
-        """Motion that the table is armed for, and the digest of the files it depends on; never in a file."""
+        self._armed: tuple[ArmedMotion, str, Mapping[str, str]] | None = None
+        """Motion that the table is armed for, the digest of the files it depends on, and the documents of the
+        table; never in a file."""
         self._tenure_of_run = 0
         """Tenure in which the run under way was begun: a table moves in no other."""
         self._ends = threading.Event()
@@ -173,11 +178,11 @@ class Bench(Shared):
         """Arms the table for one run, as a page has shown its `motion`.
 
         Raises `TumbleError` where no table is named, another motion is prepared by now, or a chosen file
-        cannot be read.
+        or the profile of the table cannot be read.
         """
         if not shown.table.address:
             raise TumbleError("no table is named; type its address first")
-        armed = shown, self._digest()
+        armed = shown, self._digest(), table_documents(shown.table.address)
         if shown != self.motion:
             raise TumbleError(MOTION_CHANGED)
         self._armed = armed
@@ -273,8 +278,13 @@ class Bench(Shared):
         if table is None:
             return None
         # It may be plugged in elsewhere by now.
-        address = self.choice.table.address or table.address
-        return PausedMotion(replace(table, address=address, armed=False), self.access.tenure)
+        shown = replace(table, address=self.choice.table.address or table.address, armed=False)
+        files = ""
+        # A run whose table or file is none states that once it goes on.
+        with suppress(TumbleError):
+            shown = replace(shown, documents=table_documents(shown.address))
+            files = self._digest_of_order()
+        return PausedMotion(shown, files, self.access.tenure)
 
     def resume(self, *, armed: PausedMotion | None = None) -> None:
         """Goes on with the paused run; its table has to be `armed` anew, as it was shown.
@@ -393,19 +403,21 @@ class Bench(Shared):
         table = self.choice.table
         if self._armed is None or not (self.kind.takes_table and table.address):
             return None
-        if self._armed != (self.motion, self._digest()):
+        documents = self._armed[2]
+        if self._armed != (self.motion, self._digest(), table_documents(table.address)):
             self._armed = None
             raise TumbleError(MOTION_CHANGED)
-        return TableOrder(address=table.address, limits=table.limits, armed=True)
+        return TableOrder(address=table.address, limits=table.limits, documents=documents, armed=True)
 
     def _digest(self) -> str:
         """Returns the digest of the chosen files; raises `TumbleError` where one cannot be read."""
-        names = {each.name for each in self.kind.fields if each.kind == "file"}
-        digest = hashlib.sha256()
-        for name, value in sorted(self.choice.options.items()):
-            if name in names and value:
-                digest.update(read_whole(self.chosen_file(str(value)), LARGEST_DOCUMENT))
-        return digest.hexdigest()
+        return _digest_of_files(self.kind, self.choice.options, self.chosen_file)
+
+    def _digest_of_order(self) -> str:
+        """Returns the digest of the files of the run under way; raises `TumbleError` as `_digest`."""
+        folder = self.engine.folder
+        assert folder is not None, "a paused run has a folder"
+        return _digest_of_files(run_kind(folder.word), folder.order.options, Path)
 
     def _change(self, choice: RunChoice) -> None:
         self.choice = choice
@@ -484,3 +496,13 @@ class Bench(Shared):
             ]
             self.choice = replace(self.choice, table=replace(self.choice.table, address=self.simulated.table))
         self.sources = BenchSources(tuple(sources), self.choice.word)
+
+
+def _digest_of_files(kind: RunKind, options: Mapping[str, FieldValue], place: Callable[[str], Path]) -> str:
+    """Returns the digest of the files among the answers; raises `TumbleError` where one cannot be read."""
+    names = {each.name for each in kind.fields if each.kind == "file"}
+    digest = hashlib.sha256()
+    for name, value in sorted(options.items()):
+        if name in names and value:
+            digest.update(read_whole(place(str(value)), LARGEST_DOCUMENT))
+    return digest.hexdigest()

@@ -126,8 +126,8 @@ def _free(folder: Path, stem: str) -> Path:
 
 
 def _disarmed(table: TableOrder | None) -> TableOrder | None:
-    """A table that is read from a file never moves before it is armed again."""
-    return None if table is None else replace(table, armed=False)
+    """Returns the table as it is stored: it never moves before it is armed again, by its documents then."""
+    return None if table is None else replace(table, documents={}, armed=False)
 
 
 def _order(path: Path, content: dict[str, Any]) -> RunOrder:

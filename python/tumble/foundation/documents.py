@@ -162,8 +162,12 @@ Matrix: TypeAlias = Annotated[FloatArray, ArrayField((3, 3))]
 VectorWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3,), gaps=True)]
 
 
-def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) -> Model:
+def read_document(
+    path: Path | str, model: type[Model], schema: DocumentSchema, *, text: str | None = None
+) -> Model:
     """Reads a YAML file into the model of a schema, in bounded time and memory whatever the file holds.
+
+    With `text`, its content as `document_content` returned it, no file is read.
 
     Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
     """
@@ -173,7 +177,7 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
     path = Path(path)
     remedy = f"see tumble schema {schema.name}"
     try:
-        node, data = _read_mapping(path, schema.what, remedy)
+        node, data = _read_mapping(path, schema.what, remedy, text)
     except CalibrationFileError as error:
         if has_log_ending(path) and not isinstance(error.__cause__, OSError):
             raise CalibrationFileError(f"{path}: is a log, not a {schema.what}; give another file") from error
@@ -189,12 +193,16 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
         raise CalibrationFileError(f"{path}: {_problem(error, node, model)}; {remedy}") from error
 
 
-def _read_mapping(path: Path, what: str, remedy: str) -> tuple[yaml.Node | None, Mapping[Any, Any]]:
+def document_content(path: Path | str, what: str) -> str:
+    """Returns the text of a document; raises `CalibrationFileError` where it cannot be read."""
+    return read_text_whole(path, LARGEST_DOCUMENT, what, remedy="check the path", error=CalibrationFileError)
+
+
+def _read_mapping(
+    path: Path, what: str, remedy: str, text: str | None
+) -> tuple[yaml.Node | None, Mapping[Any, Any]]:
     try:
-        text = read_text_whole(
-            path, LARGEST_DOCUMENT, what, remedy="check the path", error=CalibrationFileError
-        )
-        node, data = parse(text)
+        node, data = parse(document_content(path, what) if text is None else text)
     except yaml.YAMLError as error:
         raise CalibrationFileError(f"{path}: {problem_in_words(error)}; correct the YAML there") from error
     if not isinstance(data, Mapping):

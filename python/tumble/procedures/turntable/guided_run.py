@@ -192,9 +192,8 @@ class GuidedTurntable:
             return None
         if not table.armed:
             raise ProcedureError("the table is not armed; arm it, or turn it by hand")
-        return turned_table(
-            table.address, table.limits, self._seconds, self._poses(), self._answers.flag("turns")
-        )
+        turns = self._answers.flag("turns")
+        return turned_table(table.address, table.limits, self._seconds, self._poses(), turns, table.documents)
 
     def _poses(self) -> PoseList | None:
         if path := self._answers.file("poses"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -65,13 +65,18 @@ class TurnedTable:
 
 
 def turned_table(
-    address: str, limits: str, seconds: float, poses: PoseList | None, turns: bool
+    address: str,
+    limits: str,
+    seconds: float,
+    poses: PoseList | None,
+    turns: bool,
+    documents: Mapping[str, str] | None = None,
 ) -> TurnedTable:
     """Plan for a table: the poses that show most for their time or, where a list was given, that list.
 
     Raises `TableError` where no driver has that name, or the table does not reach the poses or rates.
     """
-    table = open_table(address)
+    table = open_table(address, documents)
     axes = GuardedTable(table, parse_limits(limits, table.axes)).axes
     plan, stops, by_hand = planned(axes, seconds, poses, turns)
     runs = plan_rates(axes, poses.rates, poses.rate_seconds) if poses else ()

@@ -18,6 +18,8 @@ class TableOrder:
     """`DRIVER[:PLACE]`, as `--table` takes it."""
     limits: str = ""
     """`[AXIS.]KEY=VALUE,...`, as `--table-limits` takes it."""
+    documents: Mapping[str, str] = field(default_factory=dict)
+    """Texts of the files on which its motion depends, as it was armed; see `table_documents`."""
     armed: bool = False
     """Indicates whether it may move."""
 

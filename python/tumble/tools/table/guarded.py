@@ -20,7 +20,7 @@ from tumble.tools.table.axes import FREE, Axis, AxisLimits
 from tumble.tools.table.bounds import exceeded
 from tumble.tools.table.motion import travel_time
 from tumble.tools.table.rate_table import RateTable
-from tumble.tools.table.survivor import survivor
+from tumble.tools.table.survivor import Survivor, survivor
 
 Answer = TypeVar("Answer")
 
@@ -89,6 +89,7 @@ class GuardedTable:
         self._halting = threading.Lock()
         """Held by another thread than the one that drives the table, while that one stops it."""
         self._registered = ExitStack()
+        self._survivor: Survivor | None = None
 
     @property
     def name(self) -> str:
@@ -110,9 +111,10 @@ class GuardedTable:
                 except RuntimeError as error:
                     raise TableError(f"{self.name}: is not armed in a thread where {error}") from error
             self._table.__enter__()
-            # A driver of another package may not state an address.
+            # A driver of another package may not state an address, or texts that it is opened with.
             if self.armed and (address := getattr(self._table, "address", "")):
-                stack.enter_context(survivor(address))
+                documents = getattr(self._table, "documents", {})
+                self._survivor = stack.enter_context(survivor(address, documents))
             self._registered = stack.pop_all()
         self._is_open = True
         return self
@@ -256,6 +258,8 @@ class GuardedTable:
             self._say(f"would {what}")
             return False
         if not self._enabled:
+            if self._survivor is not None:
+                self._survivor.wait_until_ready()
             self._guarded(self._table.enable)
             self._enabled = True
         self._due = clock.now() + PATIENCE * took + AT_LEAST

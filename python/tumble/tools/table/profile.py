@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
-from tumble.foundation.documents import Document, Vector, read_document
+from tumble.foundation.documents import Document, Vector, document_content, read_document
 from tumble.foundation.errors import TableError
 from tumble.foundation.file_status import entries, exists
 from tumble.foundation.schemas import TABLE_PROFILE
@@ -329,19 +328,34 @@ def shipped() -> tuple[str, ...]:
     return tuple(file.name.removesuffix(".yaml") for file in entries(Path(__file__).with_name("profiles")))
 
 
-@lru_cache
 def load_profile(name: str) -> TableProfile:
     """Reads a profile that comes with Tumble, by its name, or a file of the user.
 
-    Raises `CalibrationFileError`, in one line with file, line and key, where a file is none, and `TableError`
-    where there is no profile of that name.
+    Raises as `profile_text` and `profile_of`.
+    """
+    return profile_of(name, profile_text(name))
+
+
+def profile_text(name: str) -> str:
+    """Returns the text of a profile that comes with Tumble, by its name, or of a file of the user.
+
+    Raises `CalibrationFileError` where the file cannot be read, and `TableError` where there is no profile of
+    that name.
     """
     if name in shipped():
         with resources.as_file(resources.files("tumble.tools.table") / "profiles" / f"{name}.yaml") as path:
-            return read_document(path, TableProfile, TABLE_PROFILE)
+            return document_content(path, TABLE_PROFILE.what)
     if not Path(name).suffix and not exists(Path(name)):
         raise TableError(f"{name}: no such profile; known: {', '.join(shipped())}, or give a file")
-    return read_document(name, TableProfile, TABLE_PROFILE)
+    return document_content(name, TABLE_PROFILE.what)
+
+
+def profile_of(name: str, text: str) -> TableProfile:
+    """Returns the profile of a text, which bears a name in messages.
+
+    Raises `CalibrationFileError`, in one line with file, line and key, where it is none.
+    """
+    return read_document(name, TableProfile, TABLE_PROFILE, text=text)
 
 
 def written(text: str, axis: str, **values: float) -> str:

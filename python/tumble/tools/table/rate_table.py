@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Protocol
 
@@ -28,12 +29,19 @@ class RateTable(Protocol):
         """Address by which another process opens it; empty for a table that ends with this one."""
 
     @property
+    def documents(self) -> Mapping[str, str]:
+        """Texts with which another process opens it without reading a file; those of its `TableAddress`."""
+
+    @property
     def axes(self) -> tuple[Axis, ...]:
         """The axes, with the limits of the maker."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks for the user, such as that this driver was never tested on hardware."""
+
+    def prepare(self) -> None:
+        """Imports what it takes to open and to stop the table; opens nothing."""
 
     def __enter__(self) -> RateTable: ...
 

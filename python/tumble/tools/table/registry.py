@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeAlias, cast
@@ -27,6 +27,8 @@ class TableAddress:
     driver: str
     place: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)
+    documents: dict[str, str] = field(default_factory=dict)
+    """Text of each file that a setting names, by the setting, as it was read first."""
 
     @classmethod
     def parse(cls, text: str) -> TableAddress:
@@ -51,6 +53,16 @@ class TableAddress:
                     f"{self.text}: no setting {key!r} for {self.driver}; known: {', '.join(known) or 'none'}"
                 )
 
+    def document(self, key: str, read: Callable[[str], str]) -> str:
+        """Returns the text of the file that a setting names; a driver reads such a file by this alone.
+
+        It is read once: a table that was armed is opened with what it was armed for, and another process
+        that stops it reads no file.
+        """
+        if key not in self.documents:
+            self.documents[key] = read(self.settings[key])
+        return self.documents[key]
+
     def number(self, key: str, default: float) -> float:
         """Returns a setting that is a number above zero; raises `TableError` where it is none."""
         text = self.settings.get(key)
@@ -70,13 +82,25 @@ OWN: Mapping[str, tuple[str, str]] = {
 """Module and function of each driver; imported only when it is asked for."""
 
 
-def open_table(text: str) -> RateTable:
+def open_table(text: str, documents: Mapping[str, str] | None = None) -> RateTable:
     """Finds the table for an address; enter it with `with`, best within a `GuardedTable`.
+
+    `documents` are those of `table_documents`, where they were read before.
 
     Raises `TableError` where no driver has that name.
     """
-    address = TableAddress.parse(text)
+    address = replace(TableAddress.parse(text), documents=dict(documents or {}))
     return _opener(address)(address)
+
+
+def table_documents(text: str) -> dict[str, str]:
+    """Returns the text of each file on which the motion of the table at an address depends, by the setting.
+
+    Raises as `open_table`.
+    """
+    address = TableAddress.parse(text)
+    _opener(address)(address)
+    return address.documents
 
 
 def drivers() -> tuple[str, ...]:

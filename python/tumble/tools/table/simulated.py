@@ -62,10 +62,14 @@ class SimulatedTable:
     ) -> None:
         self.name = name
         self.address = ""
+        self.documents: dict[str, str] = {}
         self.axes = axes
         self._now = now
         self._motions = [AxisMotion() for _ in axes]
         self._lock = threading.Lock()
+
+    def prepare(self) -> None:
+        """See `RateTable`."""
 
     def __enter__(self) -> SimulatedTable:
         return self

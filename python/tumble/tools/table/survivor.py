@@ -1,54 +1,115 @@
 """Stop of a table whose program was killed or crashed: a process beside it, which outlives it, sends it.
 
-The process waits for the end of a pipe that the program holds open, and imports nothing before that. Then it
-imports what the program would have, and nothing from the working folder, where anybody may have put files.
+The process has all that it needs before the table moves: it was given the address and the texts of the files
+that the address names, has imported what stops the table, and waits for the end of a pipe that the program
+holds open. After the death of the program it reads no file, imports nothing and needs no working folder.
 """
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import IO
 
 from tumble.foundation import clock
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TableError, TumbleError
+from tumble.tools.table.rate_table import RateTable
 from tumble.tools.table.registry import open_table
 
 TRIES, BETWEEN = 20, 0.25
 """Times that the stop is tried, and s between two: a table may serve one program at a time."""
 OVER = b"over"
 """Given to the process where the table needs no stop any more."""
-_PROGRAM = f"""
+READY = b"ready\n"
+"""Given by the process once it needs nothing more."""
+_PROGRAM = """
 import sys
-address, *sys.path[:] = sys.argv[1:]
-if sys.stdin.buffer.read() != {OVER!r}:
-    from tumble.tools.table.survivor import stop
-    stop(address)
+sys.path[:] = sys.argv[1:]
+from tumble.tools.table.survivor import stand_by
+stand_by()
 """
 
 
+class Survivor:
+    """The process beside the program."""
+
+    def __init__(self, address: str, process: subprocess.Popen[bytes]) -> None:
+        self._address = address
+        self._process = process
+
+    def wait_until_ready(self) -> None:
+        """Waits until the process can stop the table; raises `TableError` where it never can."""
+        answers = self._process.stdout
+        assert answers is not None, "its answers come by a pipe"
+        if not answers.closed and answers.readline() != READY:
+            raise TableError(
+                f"{self._address}: nothing moves, as the process that stops the table should this program "
+                "die has ended itself; see the lines above"
+            )
+        answers.close()
+
+
 @contextmanager
-def survivor(address: str) -> Iterator[None]:
-    """Has the table at an address stopped should this program die while the block runs."""
-    beside = subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM, address, *sys.path],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        start_new_session=True,  # neither Ctrl-C nor a closed terminal ends it
-    )
+def survivor(address: str, documents: Mapping[str, str]) -> Iterator[Survivor]:
+    """Has the table at an address stopped should this program die while the block runs.
+
+    `documents` are those of the table. Raises `TableError` where no process can be started.
+    """
     try:
-        yield
+        beside = subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM, *sys.path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,  # neither Ctrl-C nor a closed terminal ends it
+        )
+    except OSError as error:
+        raise TableError(
+            f"{address}: nothing moves, as no process can be started that stops the table should this "
+            f"program die: {error.strerror or error}; end other programs, or raise the limits of this one"
+        ) from error
+    try:
+        _write(beside.stdin, json.dumps([address, dict(documents)]).encode() + b"\n")
+        yield Survivor(address, beside)
     finally:
-        beside.communicate(OVER)
+        _write(beside.stdin, OVER)
+        beside.communicate()
 
 
-def stop(address: str) -> None:
+def _write(line: IO[bytes] | None, data: bytes) -> None:
+    """Gives the process some bytes; one that has ended takes none."""
+    assert line is not None, "it listens on a pipe"
+    with suppress(BrokenPipeError):
+        line.write(data)
+        line.flush()
+
+
+def stand_by() -> None:
+    """Waits for the end of the program, as the process beside it."""
+    lines = sys.stdin.buffer
+    given = lines.readline()
+    if not given.endswith(b"\n"):
+        return  # The program ended before it could move anything.
+    address, documents = json.loads(given)
+    table = open_table(address, documents)
+    # A driver of another package may have nothing to prepare.
+    getattr(table, "prepare", lambda: None)()
+    # A program that has died meanwhile reads it no more.
+    with suppress(BrokenPipeError):
+        sys.stdout.buffer.write(READY)
+        sys.stdout.buffer.flush()
+    if lines.read() != OVER:
+        stop(address, table)
+
+
+def stop(address: str, table: RateTable) -> None:
     """Opens a table and stops it; reports on standard error where that is not answered."""
     failure: TumbleError | None = None
     for _ in range(TRIES):
         try:
-            with open_table(address) as table:
+            with table:
                 table.stop()
         except TumbleError as error:
             failure = error

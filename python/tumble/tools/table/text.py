@@ -16,7 +16,15 @@ from tumble.foundation.errors import TableError
 from tumble.foundation.recording import FloatArray
 from tumble.logs.optional import imported
 from tumble.tools.table.axes import Axis
-from tumble.tools.table.profile import PER_AXIS, Query, TableProfile, load_profile, pattern, written
+from tumble.tools.table.profile import (
+    PER_AXIS,
+    Query,
+    TableProfile,
+    pattern,
+    profile_of,
+    profile_text,
+    written,
+)
 from tumble.tools.table.registry import TableAddress
 
 BACKEND = "@py"
@@ -48,7 +56,7 @@ def open_text(address: TableAddress) -> TextRateTable:
             f"{address.text}: say where and in which words: text:TCPIP::HOST::PORT::SOCKET?profile=NAME, or "
             "text:ASRL/dev/ttyUSB0::INSTR?profile=NAME; see tumble table list"
         )
-    return TextRateTable(address, load_profile(name))
+    return TextRateTable(address, profile_of(name, address.document("profile", profile_text)))
 
 
 class TextRateTable:
@@ -57,6 +65,7 @@ class TextRateTable:
     def __init__(self, address: TableAddress, profile: TableProfile) -> None:
         self.name = profile.name
         self.address = address.text
+        self.documents = address.documents
         self.axes: tuple[Axis, ...] = tuple(axis.axis(profile.units) for axis in profile.axes)
         self.remarks = () if profile.tried else (UNTRIED,)
         self._address = address
@@ -68,6 +77,12 @@ class TextRateTable:
         self._rates = np.zeros(len(self.axes))
         self._at_speed = 0.0
         """s of `clock.now()` when a rate is reached, where the table cannot be asked."""
+
+    def prepare(self) -> None:
+        """See `RateTable`."""
+        imported("pyvisa", self._address.text, "live").ResourceManager(BACKEND)
+        # Looking up a host imports this.
+        "".encode("idna")
 
     def __enter__(self) -> TextRateTable:
         pyvisa = imported("pyvisa", self._address.text, "live")
