@@ -1,4 +1,4 @@
-"""How a log was read: what its numbers went through before they were readings in the case frame."""
+"""Reading of a log: what its numbers went through before they were readings in the case frame."""
 
 from __future__ import annotations
 
