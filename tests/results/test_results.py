@@ -222,7 +222,11 @@ def test_hidden_estimates_are_nan_with_infinite_sigma(log):
 
 
 def test_a_batch_of_one_target_has_a_calibration(batch):
-    assert batch.calibrations["target_2"] == batch.calibration_of(batch["target_2"])
+    assert (
+        batch.calibrations["target_2"]
+        == batch.calibration_of(batch["target_2"])
+        == batch.calibration_of("target_2")
+    )
     with pytest.raises(TumbleError, match="calibrations of 2 units; take them by name from calibrations"):
         assert batch.calibration
     alone = replace(batch, targets=batch.targets[1:])

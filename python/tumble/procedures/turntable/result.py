@@ -434,14 +434,14 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     def _items(self) -> Sequence[TargetResult]:
         return self.targets
 
-    def calibration_of(self, target: TargetResult) -> Calibration:
-        """Creates the calibration file of a target of this batch.
+    def calibration_of(self, target: TargetResult | str) -> Calibration:
+        """Creates the calibration file of a target of this batch, given by itself or by its name.
 
         Raises `ProcedureError` where the target could not be calibrated.
         """
         from tumble.procedures.turntable.calibration import calibration_of
 
-        return calibration_of(self, target)
+        return calibration_of(self, self[target] if isinstance(target, str) else target)
 
     @property
     def calibration(self) -> Calibration:
