@@ -138,10 +138,10 @@ def test_files_of_other_contents_are_no_run_and_no_state(folder):
 
 
 @pytest.mark.parametrize(
-    "content", ["{}", '{"sources": [], "choice": []}', '{"sources": [{"name": {}}]}', "{1}"]
+    "content", ["{%s}", '{%s, "sources": [], "choice": []}', '{%s, "sources": [{"name": {}}]}', "{%s, 1}"]
 )
 def test_a_state_of_other_contents_is_forgotten(folder, content):
-    (folder / STATE).write_text(content)
+    (folder / STATE).write_text(content % '"software": "tumble bench"')
     bench = Bench(BenchSettings(folder=folder, host="127.0.0.1", port=0))
     assert len(bench.sources) == 0
     bench.close()

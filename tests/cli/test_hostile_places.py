@@ -13,11 +13,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hostile_places import (
+    SERVING,
     commands,
     hostile_files,
     patient,
     places,
     room_for,
+    usual,
     without_rights_of_root,
 )
 from made_up_calibrations import made_up, save
@@ -25,6 +27,7 @@ from made_up_certificates import project_file
 from repetitions import SOAK, drawn_seed
 from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import load_job
+from tumble.fleet.ledger import KIND
 from tumble.fleet.parts import Outcome, rows, write_parts
 from tumble.fleet.places import FileStore, StoreError
 from tumble.foundation.errors import OutputError, TumbleError
@@ -38,8 +41,6 @@ from tumble.procedures.turntable.targets import find_targets
 from tumble.tools.simulate import write_turntable
 from turntable_sessions import simulate, typed
 
-SERVING = (("bench",), ("view",), ("record",), ("simulate", "live"))
-"""Commands that go on until somebody ends them."""
 DRAWN = 120
 
 
@@ -54,12 +55,6 @@ def workplace(tmp_path, monkeypatch):
     assert typed("simulate", "multipose", "-o", "session", "--seed", "1").code == 0
     yield hostile_files(tmp_path)
     (tmp_path / "locked").chmod(0o700)
-
-
-def usual(metavar):
-    """A usable value for an argument."""
-    known = {"LOG": "session/multipose.csv", "REFERENCE": "session/multipose.csv", "FOLDER": "results"}
-    return next((value for word, value in known.items() if word in metavar), "results/result_0.yaml")
 
 
 def test_every_command_is_found_by_looking_at_the_command_line():
@@ -187,7 +182,7 @@ def test_links_that_lead_around_end_no_search_for_logs(around):
 @pytest.mark.parametrize("name", ["../x", "parts/../../x", "/x", "parts//x", "."])
 def test_a_store_has_nothing_outside_itself(tmp_path, name):
     with pytest.raises(StoreError, match="does not lie within"):
-        FileStore(str(tmp_path / "store")).write(name, b"x")
+        FileStore(str(tmp_path / "store")).write(name, b"x", KIND)
     assert list(tmp_path.iterdir()) == []
 
 

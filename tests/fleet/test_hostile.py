@@ -239,4 +239,11 @@ def test_a_ledger_of_other_contents_is_one_line(tmp_path, name):
                 one_line(done.err)
             else:
                 assert done.code == 0
-                assert isinstance(value, str) or key in ("seconds", "reason", "written", "state", "engine")
+                assert isinstance(value, str) or key in (
+                    "written by",
+                    "seconds",
+                    "reason",
+                    "written",
+                    "state",
+                    "engine",
+                )

@@ -9,6 +9,7 @@ import pytest
 from fleet_jobs import SerialEngine, function_job, run_job, values_of
 from killed_operations import killed_at
 from repetitions import SOAK, drawn_seed
+from tumble.fleet.ledger import KIND
 from tumble.fleet.places import FileStore
 
 SEEDS = (0, 9)
@@ -23,9 +24,11 @@ def test_a_killed_write_leaves_what_was_there(tmp_path, kind):
     store = FileStore(f"{kind}{tmp_path}")
     number = 1
     while True:
-        store.write("part", b"before")
-        was_killed = killed_at(lambda: store.write("part", b"after"), number)
-        assert store.read("part") in ((b"before", b"after") if was_killed else (b"after",))
+        store.write("part", b"before tumble", KIND)
+        was_killed = killed_at(lambda: store.write("part", b"after tumble", KIND), number)
+        assert store.read("part") in (
+            (b"before tumble", b"after tumble") if was_killed else (b"after tumble",)
+        )
         if not was_killed:
             break
         number += 1

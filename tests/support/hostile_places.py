@@ -25,6 +25,10 @@ _PLACE = re.compile(
 """Words for places in what help shows of a parameter."""
 
 
+SERVING = (("bench",), ("view",), ("record",), ("simulate", "live"))
+"""Commands that go on until somebody ends them."""
+
+
 class HangError(BaseException):
     """A command takes so long that it hangs; no handler of errors may take it for one of its own."""
 
@@ -43,6 +47,12 @@ class Place:
 
     def __str__(self) -> str:
         return " ".join((*self.words, self.option or self.metavar))
+
+
+def usual(metavar):
+    """A usable value for an argument."""
+    known = {"LOG": "session/multipose.csv", "REFERENCE": "session/multipose.csv", "FOLDER": "results"}
+    return next((value for word, value in known.items() if word in metavar), "results/result_0.yaml")
 
 
 def places() -> list[Place]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -20,7 +19,7 @@ from tumble.bench.engine import Engine
 from tumble.bench.fleet_view import FleetView
 from tumble.bench.log.open_logs import OpenLogs
 from tumble.bench.registry_view import RegistryView
-from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfinished
+from tumble.bench.run_folder import ACCEPTED, KIND, MARK, RunFolder, files_of, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
 from tumble.bench.simulated import SimulatedBench
 from tumble.bench.sources import BenchSource, BenchSources
@@ -30,7 +29,7 @@ from tumble.foundation.documents import LARGEST_DOCUMENT, well_typed
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file
-from tumble.foundation.files import FileKind, prepare_folder, write_text
+from tumble.foundation.files import prepare_folder, write_text
 from tumble.foundation.message import message
 from tumble.foundation.plain import finite
 from tumble.tools.guided.field import FieldValue
@@ -46,7 +45,6 @@ STALLED, GRACE = 0.5, 3.0
 browser, which then wait in its queue, may be late besides."""
 BETWEEN_LOOKS = 0.1
 """s between two looks whether the operator's browser is there."""
-_KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
 MOTION_CHANGED = "what the table was armed for has changed; look at it, and arm the table again"
@@ -469,8 +467,8 @@ class Bench(Shared):
         choice = self.choice
         given = {"word": choice.word, "options": dict(choice.options), "table": asdict(choice.table)}
         given |= {"operator": choice.operator, "station": choice.station}
-        content = {"sources": [asdict(each) for each in self.sources], "choice": given}
-        write_text(self.folder / STATE, json.dumps(finite(content), indent=1), _KIND, renews=True)
+        content = MARK | {"sources": [asdict(each) for each in self.sources], "choice": given}
+        write_text(self.folder / STATE, json.dumps(finite(content), indent=1), KIND, renews=True)
 
     def _recall(self) -> None:
         """Reads what was stored; sources of a simulation are those of now."""

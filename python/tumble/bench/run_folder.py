@@ -19,7 +19,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import entries, exists, is_file, is_folder
-from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
+from tumble.foundation.files import BY_TUMBLE, FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
@@ -32,7 +32,9 @@ ACCEPTED = "accepted"
 """Decision of an operator on an outcome; empty for none."""
 LONGEST_MESSAGE = 1024
 """Letters of a message, and of what stands in each of its places; twice the longest of ours."""
-_KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
+KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"), BY_TUMBLE)
+MARK = {"software": "tumble bench"}
+"""Beginning of the files of a bench, by which they are known as ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +75,8 @@ class RunFolder:
 
     def keep_outcome(self, outcome: RunOutcome, decision: str = "") -> None:
         """Stores the outcome, and the operator's decision once there is one; raises `OutputError`."""
-        content = {"decision": decision, "outcome": _plain(outcome, self.path)}
-        write_text(self.path / OUTCOME, json.dumps(finite(content), indent=1), _KIND, renews=True)
+        content = MARK | {"decision": decision, "outcome": _plain(outcome, self.path)}
+        write_text(self.path / OUTCOME, json.dumps(finite(content), indent=1), KIND, renews=True)
 
     def outcome(self) -> tuple[RunOutcome, str] | None:
         """Returns the outcome and the decision on it; None where there is none, or it is damaged."""
@@ -87,7 +89,7 @@ class RunFolder:
     def remove_if_empty(self) -> None:
         """Removes the folder of a run of which nothing was recorded."""
         if not self.has_recording:
-            remove_made(self.path / ORDER)
+            remove_made(self.path / ORDER, kind=KIND)
             remove_empty([self.path])
 
     def with_order(self, order: RunOrder) -> RunFolder:
@@ -99,8 +101,8 @@ class RunFolder:
     def _keep_order(self) -> None:
         content = asdict(replace(self.order, resume=False, table=_disarmed(self.order.table)))
         del content["folder"]
-        text = json.dumps(finite({"word": self.word, "order": content}), indent=1)
-        write_text(self.path / ORDER, text, _KIND, renews=True)
+        text = json.dumps(finite(MARK | {"word": self.word, "order": content}), indent=1)
+        write_text(self.path / ORDER, text, KIND, renews=True)
 
 
 def runs_in(folder: Path) -> list[RunFolder]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import moment_of
 from tumble.foundation.documents import made_of
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.files import BY_TUMBLE, FileKind
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.provenance import date_now
 from tumble.foundation.secrets import without_secrets
@@ -21,6 +23,8 @@ from tumble.foundation.secrets import without_secrets
 JOB_FILE = "job.json"
 STATUS_FILE = "status.json"
 CANCEL_FILE = "cancel"
+KIND = FileKind("a file of tumble fleet", re.compile(rb""), BY_TUMBLE)
+_SOFTWARE = "tumble fleet"
 SILENT_AFTER = 60.0
 """s without a word after which a job may have been killed."""
 
@@ -100,14 +104,20 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
 def begin(results: FileStore, job: FleetJob) -> str:
     """Registers the job at its results; returns the date that its results state, s since 1970."""
     date = _seconds(date_now())
-    stated = {"work": without_secrets(job.work), "software": _core.__version__, "date": date}
-    results.write(JOB_FILE, (json.dumps(stated, indent=1) + "\n").encode())
+    stated = {
+        "written by": _SOFTWARE,
+        "work": without_secrets(job.work),
+        "software": _core.__version__,
+        "date": date,
+    }
+    results.write(JOB_FILE, (json.dumps(stated, indent=1) + "\n").encode(), KIND)
     return date
 
 
 def write_status(results: FileStore, status: JobStatus) -> None:
     """Writes how far the job is."""
-    results.write(STATUS_FILE, (json.dumps(status.content(), indent=1) + "\n").encode())
+    content = {"written by": _SOFTWARE, **status.content()}
+    results.write(STATUS_FILE, (json.dumps(content, indent=1) + "\n").encode(), KIND)
 
 
 def read_status(results: FileStore) -> JobStatus:
@@ -127,7 +137,7 @@ def read_status(results: FileStore) -> JobStatus:
 
 def ask_to_cancel(results: FileStore) -> None:
     """Has whoever runs the job end it after the tasks that are under way."""
-    results.write(CANCEL_FILE, b"")
+    results.write(CANCEL_FILE, _SOFTWARE.encode(), KIND)
 
 
 def is_cancelled(results: FileStore) -> bool:
@@ -137,7 +147,7 @@ def is_cancelled(results: FileStore) -> bool:
 
 def forget_cancelling(results: FileStore) -> None:
     """Lets the job go on."""
-    results.remove(CANCEL_FILE)
+    results.remove(CANCEL_FILE, KIND)
 
 
 def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:

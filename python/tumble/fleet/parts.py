@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,10 +17,13 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from tumble.fleet.places import FileStore, StoreError, store_error
 from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.files import FileKind
 from tumble.foundation.words import utf8
 
 FOLDER = "parts"
 ENDING = ".parquet"
+_MARK = "tumble.fleet"
+_KIND = FileKind("a part of results", re.compile(rb"\APAR1"), re.compile(rb"tumble\.fleet"))
 LARGEST_PART = 1 << 30
 """Bytes of a file of Parquet once it is unpacked."""
 _VALUE_BYTES = 100
@@ -103,8 +107,9 @@ def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
     name = f"{FOLDER}/day={file_stem(day)}/{digest}{ENDING}"
     content = io.BytesIO()
     table = pa.Table.from_pylist([_in_utf8(asdict(each)) for each in some], SCHEMA)
+    table = table.replace_schema_metadata({_MARK: "1"})
     pq.write_table(table, content, compression="zstd")
-    results.write(name, content.getvalue())
+    results.write(name, content.getvalue(), _KIND)
     return name
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists, paths_like
-from tumble.foundation.files import write_shared
+from tumble.foundation.files import FileKind, remove_made, write_shared
 from tumble.foundation.words import quoted
 
 _LARGEST = 16 << 20
@@ -72,29 +72,33 @@ class FileStore:
             raise StoreError(f"{self}: {name} is larger than {_LARGEST >> 20} MiB, and no part of a job")
         return content
 
-    def write(self, name: str, content: bytes) -> None:
-        """Writes a file whole or not at all; raises `StoreError`."""
+    def write(self, name: str, content: bytes, kind: FileKind) -> None:
+        """Writes a file whole or not at all; raises `StoreError`, or `OutputError` for another's file."""
         path = self.within(name)
         try:
             if not self.is_local:
                 self.files.makedirs(path.rpartition("/")[0], exist_ok=True)
                 self.files.pipe_file(path, content)
                 return
-            write_shared(Path(path), content)
+            write_shared(Path(path), content, kind, Path(self.root))
         except OSError as error:
             if not self.is_local:
                 raise store_error(self.url, error) from error
             reason = error.strerror or error
             raise StoreError(f"{path}: cannot be written: {reason}; give another folder") from error
+        except TumbleError:
+            raise
         except Exception as error:
             raise store_error(self.url, error) from error
 
-    def remove(self, name: str) -> None:
-        """Removes a file, if it is there."""
+    def remove(self, name: str, kind: FileKind) -> None:
+        """Removes a file, if it is there; raises `StoreError`, or `OutputError` for another's file."""
+        if self.is_local:
+            return remove_made(Path(self.within(name)), kind=kind)
         try:
             self.files.rm_file(self.within(name))
         except FileNotFoundError:
-            return
+            return None
         except Exception as error:
             raise store_error(self.url, error) from error
 

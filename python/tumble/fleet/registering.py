@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from tumble.fleet.parts import tables
 from tumble.fleet.places import FileStore
-from tumble.foundation.files import write_shared
+from tumble.foundation.files import make_new_file
 from tumble.laboratory.registry import Registry, UnitFacts
 
 _ENDING = ".yaml"
@@ -26,7 +26,7 @@ def enter_results(address: str, results: FileStore) -> int:
         with TemporaryDirectory(prefix="tumble-fleet-") as folder:
             paths = [Path(folder) / f"{number}{_ENDING}" for number in range(len(texts))]
             for path, text in zip(paths, texts, strict=True):
-                write_shared(path, text.encode())
+                make_new_file(path, text.encode())
             added += sum(each.is_new for each in registry.add(*paths, facts=UnitFacts(model=model, lot=lot)))
     return added
 

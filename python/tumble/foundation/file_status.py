@@ -23,6 +23,11 @@ def exists(path: Path | str) -> bool:
     return status_of(path) is not None
 
 
+def stands_there(path: Path | str) -> bool:
+    """Returns whether the name is taken, be it by a link that leads nowhere; raises `PlaceError`."""
+    return status_of(path, follow=False) is not None
+
+
 def is_file(path: Path | str) -> bool:
     """Returns whether a regular file, or a link to one, stands there; raises `PlaceError`."""
     status = status_of(path)

@@ -1,8 +1,8 @@
 """The one place where files are written: whole or not at all, and never over something else.
 
-A file replaces a regular file of its own kind only, and never one that the running command reads. Devices,
-pipes and folders are refused; a symbolic link is followed, and what it leads to is replaced. There is no `-`
-for standard output: a result that was cut short must not look like a whole one.
+A file replaces only a regular file of its own kind that bears the mark of Tumble, and never one that the
+running command reads. Devices, pipes, folders, links and files with a second name are refused and kept. There
+is no `-` for standard output: a result that was cut short must not look like a whole one.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import stat
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, wraps
 from itertools import chain, count
@@ -21,8 +22,17 @@ from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.foundation.debugging import debug
 from tumble.foundation.errors import OutputError
-from tumble.foundation.file_status import exists, is_file, is_folder, is_link, is_special
-from tumble.foundation.folder_lock import FolderLock
+from tumble.foundation.file_status import (
+    entries,
+    exists,
+    is_file,
+    is_folder,
+    is_link,
+    is_special,
+    stands_there,
+    status_of,
+)
+from tumble.foundation.folder_lock import FolderLock, is_lock
 from tumble.foundation.words import utf8
 
 FileIdentity: TypeAlias = tuple[int, int]
@@ -30,6 +40,18 @@ FileIdentity: TypeAlias = tuple[int, int]
 
 _HEAD_BYTES = 16_384
 """Number of bytes read from a file to detect its kind."""
+_TAIL_BYTES = 1 << 17
+"""Number of bytes at the end of a file that may hold its mark: metadata of Parquet and PDF are there."""
+BY_TUMBLE = re.compile(rb"tumble", re.IGNORECASE)
+"""Mark of text whose head names Tumble in a comment."""
+HEAD_OF_OURS = "# Written by Tumble"
+"""Comment that marks a table."""
+NO_MARK = re.compile(rb"(?!)")
+"""Mark of formats without a place for one: such a file never replaces another."""
+_TEMPORARY = re.compile(r"\.[0-9a-f]{16}\.tmp")
+"""Name of a file that is being written, and that a killed process leaves."""
+_APPENDING = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+"""Flags that open a file of this very name to append to it, or make it."""
 _MOST_NAMED = 20
 """Files of one folder that a remark names one by one."""
 _MOST_KEPT = 16
@@ -47,6 +69,8 @@ class FileKind:
     """`an HTML page`: for messages."""
     start: re.Pattern[bytes]
     """Pattern in the first bytes of every file of this kind."""
+    mark: re.Pattern[bytes] | None = None
+    """Pattern in the first or last bytes of every such file that Tumble wrote; None where `start` is one."""
 
     def begins(self, path: Path) -> bool:
         """Returns whether the file is of this kind; an empty file is of any kind, a device of none."""
@@ -56,8 +80,24 @@ class FileKind:
             head = file.read(_HEAD_BYTES)
         return not head or self.start.search(head) is not None
 
+    def is_marked(self, path: Path) -> bool:
+        """Returns whether Tumble wrote a file of this kind; of an empty file nothing could be lost."""
+        if not self.begins(path):
+            return False
+        if self.mark is None:
+            return True
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            file.seek(max(len(head), file.seek(0, os.SEEK_END) - _TAIL_BYTES))
+            tail = file.read(_TAIL_BYTES)
+        return not head or any(self.mark.search(part) is not None for part in (head, tail))
 
-PAGE = FileKind("an HTML page", re.compile(rb"\A\s*<!doctype html", re.IGNORECASE))
+
+PAGE = FileKind(
+    "an HTML page",
+    re.compile(rb"\A\s*<!doctype html", re.IGNORECASE),
+    re.compile(rb'<meta name="generator" content="Tumble">'),
+)
 
 
 @dataclass(slots=True)
@@ -170,7 +210,7 @@ def replacing(
     path = Path(path)
     try:
         place = check_output(path, kind, inputs=inputs, renews=renews)
-        stood_there = exists(place)
+        stood_there = stands_there(place)
         temporary = place.with_name(f".{os.urandom(8).hex()}.tmp")
         try:
             with temporary.open("xb") as file:
@@ -178,6 +218,8 @@ def replacing(
                 if durable:
                     file.flush()
                     os.fsync(file.fileno())
+            if stands_there(place):  # another process may have put something there meanwhile
+                _check_replaceable(place, kind, inputs, renews)
             temporary.replace(place)
             if _running is not None:
                 _running.written.append(place)
@@ -211,14 +253,16 @@ def check_output(
     if str(path) == "-":
         raise OutputError("-: results are written to files, not to standard output; give a file name")
     try:
-        place = path.resolve()
+        place = path.parent.resolve() / path.name
+        if is_link(path):
+            _check_replaceable(path, kind, inputs, renews)
         if is_folder(place):
             raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
         if is_file(place.parent):
             raise OutputError(f"{path}: {path.parent} is a file, no folder to write in; give another folder")
         if not is_folder(place.parent):
             raise OutputError(f"{path}: folder {place.parent} does not exist; create it first")
-        if exists(path):
+        if stands_there(path):
             _check_replaceable(path, kind, inputs, renews)
     except (OSError, RuntimeError) as error:  # RuntimeError: links that lead around, before Python 3.13
         raise OutputError(_cannot_write(path, error)) from error
@@ -234,12 +278,12 @@ def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = Fa
 def append_line(path: Path, line: str) -> int:
     """Appends a line and returns the byte at which it begins; one that was cut short before it ends there.
 
-    Raises `OutputError` where that cannot be done.
+    Raises `OutputError` where that cannot be done, or the name is no regular file of its own.
     """
-    _refuse_special(path)
+    _refuse_others_name(path)
     try:
-        with path.open("ab+") as file:
-            place = file.tell()
+        with os.fdopen(os.open(path, _APPENDING, 0o666), "rb+") as file:
+            place = file.seek(0, os.SEEK_END)
             if place:
                 file.seek(place - 1)
                 place += file.read(1) != b"\n"
@@ -266,16 +310,20 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
     Raises `OutputError` where that cannot be done.
     """
     stem, ending = Path(name).stem, Path(name).suffix
+    _refuse_others_name(path)
+    _refuse_linked_folder(folder)
     try:
         folder.mkdir(exist_ok=True)
         free = (folder / f"{stem}{again}{ending}" for again in chain([""], (f"-{n}" for n in count(2))))
-        return path.rename(next(place for place in free if not exists(place)))
+        return path.rename(next(place for place in free if not stands_there(place)))
     except OSError as error:
         raise OutputError(f"{path}: cannot be moved to {folder}: {error.strerror}") from error
 
 
 def move_to(path: Path, place: Path) -> None:
     """Renames a file that we made, once it is whole; raises `OutputError` where that cannot be done."""
+    if stands_there(place):
+        raise OutputError(f"{place}: is there already, and is kept; give another place")
     try:
         path.rename(place)
     except OSError as error:
@@ -287,8 +335,9 @@ def set_aside(path: Path) -> Path:
 
     Raises `OutputError` where that cannot be done.
     """
+    _refuse_others_name(path)
     number, aside = 1, path.with_name(f"{path.name}.rejected")
-    while exists(aside):
+    while stands_there(aside):
         number += 1
         aside = path.with_name(f"{path.name}.rejected-{number}")
     try:
@@ -297,45 +346,73 @@ def set_aside(path: Path) -> Path:
         raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
 
 
-def write_shared(path: Path, content: bytes) -> None:
-    """Writes a file whole or not at all, in a folder into which other processes write as well.
+def write_shared(path: Path, content: bytes, kind: FileKind, root: Path) -> None:
+    """Writes a file whole or not at all, in a folder below `root` into which other processes write as well.
 
     Neither is the folder locked, nor the file protected: whoever writes it last wins. A process that is
-    killed leaves an unfinished file, which nothing reads. Raises `OSError`.
+    killed leaves an unfinished file, which nothing reads. Raises `OSError`, and `OutputError` where anything
+    but a file of Tumble and of this kind stands there.
     """
+    for folder in (each for each in path.parents if root in each.parents):
+        _refuse_linked_folder(folder)
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f"{path.name}.{os.urandom(8).hex()}.unfinished")
     try:
-        with unfinished.open("wb") as file:
+        with unfinished.open("xb") as file:
             file.write(content)
+        if stands_there(path):
+            _refuse_unmarked(path, kind)
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
 
 
-def remove_made(*paths: Path) -> None:
-    """Removes files and folders that we made and that others of ours replace; one that is gone is no matter.
+def remove_made(*paths: Path, kind: FileKind | None = None) -> None:
+    """Removes files that we made and that others of ours replace; one that is gone is no matter.
 
-    Raises `OutputError` where that cannot be done.
+    Raises `OutputError` where that cannot be done, and for a file that bears no mark of Tumble. Without a
+    kind the files are those that this process has just made.
     """
     for path in paths:
         try:
-            if is_folder(path):
-                shutil.rmtree(path)
-            else:
+            if stands_there(path):
+                _refuse_unmarked(path, kind) if kind is not None else _refuse_others_name(path)
                 path.unlink(missing_ok=True)
         except OSError as error:
-            raise OutputError(f"{path}: cannot be removed: {error.strerror}; remove it by hand") from error
+            reason = error.strerror or error
+            raise OutputError(f"{path}: cannot be removed: {reason}; remove it by hand") from error
+
+
+def remove_folder(folder: Path, kind: FileKind) -> None:
+    """Removes the files of a kind from a folder that we made, and the folder unless others' files are in it.
+
+    Raises `OutputError` where that cannot be done, or the name is a link or no folder.
+    """
+    if not stands_there(folder):
+        return
+    _refuse_linked_folder(folder)
+    try:
+        for path in entries(folder):
+            if not _is_own_name(path):
+                continue
+            if is_lock(path) or _TEMPORARY.fullmatch(path.name) or kind.is_marked(path):
+                path.unlink(missing_ok=True)
+        remove_empty([folder])
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(f"{folder}: cannot be removed: {reason}; remove it by hand") from error
 
 
 def link(path: Path, target: str) -> None:
-    """Creates a symbolic link, in place of one that is there.
+    """Creates a symbolic link to a device, in place of one that an earlier run made.
 
-    Raises `OutputError` where it cannot be made, and where anything but a link stands there.
+    Raises `OutputError` where it cannot be made, and where anything but a link to a device stands there.
     """
     _made(path.parent)
     try:
         if is_link(path):
+            if not str(path.readlink()).startswith("/dev/"):
+                raise OutputError(f"{path}: is a link to {path.readlink()}, and is kept; give another name")
             path.unlink()
         path.symlink_to(target)
     except OSError as error:
@@ -344,9 +421,9 @@ def link(path: Path, target: str) -> None:
         ) from error
 
 
-def remove_link(path: Path) -> None:
-    """Removes a symbolic link, if it is still there."""
-    if is_link(path):
+def remove_link(path: Path, target: str) -> None:
+    """Removes a symbolic link that we made, if it is still there and leads to its target."""
+    if is_link(path) and str(path.readlink()) == target:
         path.unlink()
 
 
@@ -379,10 +456,9 @@ def prepare_folder(folder: Path | str) -> Path:
 
 def make_file(path: Path) -> None:
     """Make an empty file where there is none; raises `OutputError` where that cannot be done."""
-    _refuse_special(path)
+    _refuse_others_name(path)
     try:
-        with path.open("ab"):
-            pass
+        os.close(os.open(path, _APPENDING, 0o666))
     except OSError as error:
         raise OutputError(f"{path}: cannot be made: {error.strerror or error}; give another place") from error
 
@@ -407,8 +483,18 @@ def make_new_file(path: Path, content: bytes, *, is_secret: bool = False) -> Non
         raise OutputError(f"{path}: cannot be made: {error.strerror or error}; give another place") from error
 
 
+def prepare_inner_folder(folder: Path) -> Path:
+    """Prepares a folder that we name within another one, as `prepare_folder` does; a link is refused."""
+    _refuse_linked_folder(folder)
+    return prepare_folder(folder)
+
+
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it where they are missing; raises `OutputError` where that fails."""
+    """Make a folder and those above it where they are missing; raises `OutputError` where that fails.
+
+    A link at the folder itself, which we name, is refused.
+    """
+    _refuse_linked_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -469,20 +555,51 @@ def no_empty_folder(folder: Path) -> Iterator[None]:
         raise
 
 
-def _refuse_special(path: Path) -> None:
-    """Raises `OutputError` for a device or a pipe: opening one to write may wait without end."""
+def _is_own_name(path: Path) -> bool:
+    """Returns whether a regular file stands there that has no other name, neither by a link."""
+    status = status_of(path, follow=False)
+    return status is not None and stat.S_ISREG(status.st_mode) and status.st_nlink == 1
+
+
+def _refuse_others_name(path: Path) -> None:
+    """Raises `OutputError` where writing would reach another file, or wait: by a link, a device or a pipe."""
+    if is_link(path):
+        raise OutputError(f"{path}: is a link, and is kept; give a name that is none, or remove it first")
     if is_special(path):
         raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
+    if stands_there(path) and not is_folder(path) and not _is_own_name(path):
+        raise OutputError(
+            f"{path}: is another file too, by a hard link, and is kept; give another name, or remove it first"
+        )
+
+
+def _refuse_linked_folder(folder: Path) -> None:
+    """Raises `OutputError` where a link, or anything but a folder, has the name of a folder that we make."""
+    if is_link(folder):
+        raise OutputError(f"{folder}: is a link, and is kept; give another folder, or remove it first")
+    if stands_there(folder) and not is_folder(folder):
+        raise OutputError(f"{folder}: is no folder, and is kept; give another folder, or remove it first")
+
+
+def _refuse_unmarked(path: Path, kind: FileKind) -> None:
+    """Raises `OutputError` for a file that Tumble did not write."""
+    _refuse_others_name(path)
+    if not kind.begins(path):
+        raise OutputError(f"{path}: is not {kind.name}, and is kept; give another name, or remove it first")
+    if not kind.is_marked(path):
+        raise OutputError(
+            f"{path}: is not of Tumble, which marks its own files, and is kept; give another name, or remove "
+            "it first"
+        )
 
 
 def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
-    _refuse_special(path)
     read = {} if renews or _running is None else _running.inputs
     read = read | {_identity(each): each for each in inputs if is_file(each)}
-    if (source := read.get(_identity(path))) is not None:
-        raise OutputError(f"{path}: is what is read ({source}); give another name, so that it is kept")
-    if not kind.begins(path):
-        raise OutputError(f"{path}: is not {kind.name}, and is kept; give another name, or remove it first")
+    with suppress(OSError):  # a link that leads nowhere, or around
+        if (source := read.get(_identity(path))) is not None:
+            raise OutputError(f"{path}: is what is read ({source}); give another name, so that it is kept")
+    _refuse_unmarked(path, kind)
 
 
 def _identity(path: Path) -> FileIdentity:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from sqlalchemy import Connection, Table, insert, select
 
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_status import exists
-from tumble.foundation.files import make_file, make_folder, move_to, prepare_folder, remove_made
+from tumble.foundation.files import FileKind, make_file, make_folder, move_to, prepare_folder, remove_made
 from tumble.laboratory import tables
 from tumble.laboratory.address import parse_address
 from tumble.laboratory.database import Database, RegistryError
@@ -17,6 +18,11 @@ from tumble.laboratory.registry import Registry
 from tumble.laboratory.verification import Verification, verify
 
 FILE = "registry.db"
+_KIND = FileKind(
+    "an unfinished copy of a registry",
+    re.compile(rb"\ASQLite format 3\0"),
+    re.compile(rb"CREATE TABLE alembic_version"),
+)
 UNFINISHED = "unfinished.db"
 """Copy that is not whole yet: one that was killed must not be taken for a backup."""
 _CHUNK = 1000
@@ -33,12 +39,12 @@ def backup(registry: Registry, folder: Path) -> Verification:
     if exists(path):
         raise OutputError(f"{path}: is there already; give a new folder for each backup")
     unfinished = folder / UNFINISHED
-    remove_made(unfinished)
+    remove_made(unfinished, kind=_KIND)
     try:
         _copy_all(registry, unfinished, documents_beside(path))
         move_to(unfinished, path)
     finally:
-        remove_made(unfinished)
+        remove_made(unfinished, kind=_KIND)
     found = verify(Registry(path))
     if not found.intact:
         raise RegistryError(

@@ -35,8 +35,11 @@ COLUMNS = (
     ),
     *("operator", "station", "parameter", "value", "u", "common", "unit", "measured"),
 )
-_CSV = FileKind("a table of the registry", re.compile(rb"\A\"?result"))
-_JSON = FileKind("a table of the registry", re.compile(rb"\A\s*\[\s*(\{\s*\"result\"|\])"))
+_CSV = FileKind("a table of the registry", re.compile(rb"\A\"?result\"?,\"?date\"?,\"?serial\"?,"))
+_JSON = FileKind(
+    "a table of the registry",
+    re.compile(rb"\A\[\s*(\{\s*\"result\":[^\n]*\n\s*\"date\":[^\n]*\n\s*\"serial\":|\]\s*\Z)"),
+)
 
 
 def parameter_rows(

@@ -16,7 +16,7 @@ from tumble.foundation.arrays import column, refuse_other_lengths, times, triad
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.file_names import AIDING_FILE
 from tumble.foundation.file_status import is_file
-from tumble.foundation.files import FileKind, note_input, write_text
+from tumble.foundation.files import BY_TUMBLE, HEAD_OF_OURS, FileKind, note_input, write_text
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, find_layout
@@ -39,7 +39,7 @@ SCORE = "score_"
 SIGMA = "sigma"
 TIME, ARRIVAL = "time", "arrival"
 KNOWN_COLUMNS = f"{', '.join([*LEVEL, *BODY, *HEADING])} and {SCORE}UNIT"
-AIDING = FileKind("a table of an aiding measurement", re.compile(rb"\Atime,"))
+AIDING = FileKind("a table of an aiding measurement", re.compile(rb"\A(?:#[^\n]*\n)*time,"), BY_TUMBLE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,7 @@ class Aiding:
         figures = [self.time[:, np.newaxis], self.value[:, : len(names)], self.sigma[:, : len(sigmas)]]
         rows = np.concatenate(figures, axis=1).tolist()
         lines = [",".join(map(repr, row)) for row in rows]
-        write_text(path, "\n".join([",".join(["time", *names, *sigmas]), *lines, ""]), AIDING)
+        write_text(path, "\n".join([HEAD_OF_OURS, ",".join(["time", *names, *sigmas]), *lines, ""]), AIDING)
         return Path(path)
 
     def _columns(self) -> tuple[str, ...]:

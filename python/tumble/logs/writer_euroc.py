@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 
-from tumble.foundation.files import FileKind, no_empty_folder, prepare_folder, replacing, write_text
+from tumble.foundation.files import NO_MARK, FileKind, no_empty_folder, prepare_folder, replacing, write_text
 from tumble.foundation.recording import Chunk
 from tumble.logs.writer_mcap import nanoseconds_of
 
@@ -20,8 +20,10 @@ _NAMES = (
     *(f"w_RS_S_{axis} [rad s^-1]" for axis in "xyz"),
     *(f"a_RS_S_{axis} [m s^-2]" for axis in "xyz"),
 )
-_TABLE = FileKind("data.csv of a EuRoC folder", re.compile(rb"\A#timestamp \[ns\],w_RS_S_x"))
-_SENSOR = FileKind("sensor.yaml of a EuRoC folder", re.compile(rb"sensor_type: *imu"))
+_TABLE = FileKind("data.csv of a EuRoC folder", re.compile(rb"\A#timestamp \[ns\],w_RS_S_x"), NO_MARK)
+_SENSOR = FileKind(
+    "sensor.yaml of a EuRoC folder", re.compile(rb"sensor_type: *imu"), re.compile(rb"tumble export")
+)
 _SENSOR_TEXT = """\
 # Noise is not known of a log: take it from tumble export CALIBRATION --format kalibr-noise.
 sensor_type: imu

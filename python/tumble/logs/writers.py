@@ -17,11 +17,20 @@ if TYPE_CHECKING:
     from tumble.logs.writer_mcap import McapWriter
 
 FORMATS = {
-    "csv": FileKind("a CSV log of Tumble", re.compile(rb"\A(?:#[^\n]*\n)*time,[ag]x,[ag]y,[ag]z")),
-    "parquet": FileKind("a Parquet file", re.compile(rb"\APAR1")),
-    "mcap": FileKind("an MCAP file", re.compile(rb"\A\x89MCAP0\r\n")),
+    "csv": FileKind(
+        "a CSV log of Tumble",
+        re.compile(rb"\A(?:#[^\n]*\n)*time,[ag]x,[ag]y,[ag]z"),
+        re.compile(rb"\A(?:#[^\n]*\n)*# units: SI\n"),
+    ),
+    "parquet": FileKind("a Parquet file", re.compile(rb"\APAR1"), re.compile(rb"tumble\.units")),
+    "mcap": FileKind(
+        "an MCAP file",
+        re.compile(rb"\A\x89MCAP0\r\n"),
+        # The header names the library that wrote the file.
+        re.compile(rb"\A\x89MCAP0\r\n\x01.{8}\x04\0\0\0ros2\x06\0\0\0tumble", re.DOTALL),
+    ),
 }
-"""Formats that can be written, and their beginnings; the name of a format is also the usual extension."""
+"""Formats that can be written, with beginnings and marks; the name of a format is its usual extension too."""
 
 
 def format_for(path: Path, name: str | None = None) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.files import FileKind, replacing
+from tumble.foundation.files import BY_TUMBLE, FileKind, replacing
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.model import Certificate
 from tumble.laboratory.certificate.numbering import Pattern
@@ -23,8 +23,12 @@ if TYPE_CHECKING:
 
 LARGEST_LOGO = 1 << 19
 """Bytes."""
-PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"))
-XML_KIND = FileKind("a Digital Calibration Certificate", re.compile(rb"digitalCalibrationCertificate"))
+PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"), BY_TUMBLE)
+XML_KIND = FileKind(
+    "a Digital Calibration Certificate",
+    re.compile(rb"digitalCalibrationCertificate"),
+    re.compile(rb"<dcc:content>tumble<"),
+)
 
 
 @dataclass(frozen=True, slots=True)

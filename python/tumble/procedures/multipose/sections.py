@@ -115,12 +115,13 @@ def _json_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
 
 
 def _csv_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
-    reader = csv.DictReader(text.splitlines())
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    reader = csv.DictReader(lines)
     columns = [name.strip() for name in reader.fieldnames or ()]
     if columns[1:3] != ["start", "end"]:
         found = ",".join(columns) or "nothing"
         raise ProcedureError(f"expected the columns label,start,end, found {found}", about=str(path))
-    rows = csv.reader(text.splitlines()[1:])
+    rows = csv.reader(lines[1:])
     return [(row[0].strip(), row[1], row[2]) for row in rows if len(row) >= 3]
 
 

@@ -6,12 +6,12 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tumble.foundation.files import FileKind, check_output, write_text
+from tumble.foundation.files import BY_TUMBLE, FileKind, check_output, write_text
 
 if TYPE_CHECKING:
     from tumble.procedures.noise.result import NoiseResult
 
-KEYS_KIND = FileKind("noise for Kalibr, as Tumble writes it", re.compile(rb"\A# Noise of "))
+KEYS_KIND = FileKind("noise for Kalibr, as Tumble writes it", re.compile(rb"\A# Noise of "), BY_TUMBLE)
 
 
 def prepare(folder: Path | str, name: str) -> Path:

@@ -14,13 +14,17 @@ from tumble.foundation.file_status import exists
 from tumble.foundation.files import FileKind, prepare_folder, replacing
 from tumble.foundation.plain import finite
 from tumble.foundation.words import defused
+from tumble.logs.track import SI
 from tumble.logs.writers import FORMATS
 from tumble.procedures.redundancy.store import ErrorStore, keep_adopted
 
 if TYPE_CHECKING:
     from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult, SetOutput
 
-EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
+EVENTS_KIND = FileKind(
+    "events of tumble redundancy",
+    re.compile(rb'\A\{"time": [^,]+, "unit": [^\n]+, "event": [^\n]+, "figures": \{'),
+)
 
 
 def save(result: RedundancyResult, folder: Path | str) -> dict[str, Path]:
@@ -73,9 +77,10 @@ def write_output(output: SetOutput, path: Path | str) -> Path:
     units = [defused(unit) for unit in output.units]
     source = pa.DictionaryArray.from_arrays(pa.array(output.source), pa.array(units))
     named = {"source": source.cast(pa.string()), "flags": output.flags}
-    table = pa.table({"time": output.time} | axes | named)
+    table = pa.table({"time": output.time} | axes | named).replace_schema_metadata({"tumble.units": SI})
     with replacing(path, FORMATS[kind]) as file:
         if kind == "csv":
+            file.write(f"# units: {SI}\n".encode())
             pa.csv.write_csv(table, file, pa.csv.WriteOptions(quoting_style="needed"))
         else:
             pa.parquet.write_table(table, file, compression="zstd", write_page_checksum=True)

@@ -18,7 +18,7 @@ from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import ATTEMPTS, EARLIER, TAKEN, file_stem
 from tumble.foundation.file_reading import bounded_lines
 from tumble.foundation.file_status import exists, is_file, is_special
-from tumble.foundation.files import FileKind, append_line, move_into, replacing
+from tumble.foundation.files import PAGE, FileKind, append_line, move_into, replacing
 from tumble.foundation.provenance import sha256_of
 from tumble.procedures.turntable.record import TargetRecord
 
@@ -132,7 +132,8 @@ class Batch:
         moved = []
         for ending, replaced in ((CALIBRATION_ENDING, calibration), (PAGE_ENDING, page)):
             path = self._file(stem, ending)
-            if replaced or not is_file(path) or (ending == CALIBRATION_ENDING and not KIND.begins(path)):
+            kind = KIND if ending == CALIBRATION_ENDING else PAGE
+            if replaced or not is_file(path) or not kind.is_marked(path):
                 continue
             moved.append(move_into(path, self.folder / EARLIER, f"{stem}-attempt-{number}{ending}"))
         return moved

@@ -38,7 +38,7 @@ MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown, and of these as many."""
 MOST_NAMED = 3
 """Targets that a warning they share names."""
-SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
+SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,serial,verdict,reason,"))
 COLOURS = {
     "pass": "green",
     "conditional pass": "yellow",

@@ -91,8 +91,8 @@ def export_command(
     if strict and exported.losses:
         raise ProcedureError("; ".join(map(str, exported.losses)))
     path = output or Path(f"{file_stem(units[0].name)}-tumble{format_.ending}")
-    check_output(path, format_.kind, inputs=calibrations)
-    with replacing(path, format_.kind, inputs=calibrations) as file:
+    check_output(path, format_.output_kind, inputs=calibrations)
+    with replacing(path, format_.output_kind, inputs=calibrations) as file:
         file.write(exported.content)
     if as_json:
         print_document(EXPORT, _verdict(exported), printed(exported, path))

@@ -37,9 +37,9 @@ def write_all_formats(
     folder = prepare_folder(output or folder_named_after(stem))
     files = {word: folder / f"{stem}-{word}{TARGETS[word].ending}" for word in exported}
     for word, path in files.items():
-        check_output(path, TARGETS[word].kind, inputs=paths)
+        check_output(path, TARGETS[word].output_kind, inputs=paths)
     for word, each in exported.items():
-        with replacing(files[word], TARGETS[word].kind, inputs=paths) as file:
+        with replacing(files[word], TARGETS[word].output_kind, inputs=paths) as file:
             file.write(each.content)
     if as_json:
         written = {word: printed(each, files[word]) for word, each in exported.items()}

@@ -205,6 +205,7 @@ def _form(
         holds={**dict.fromkeys(TRIADS, _HELD), "magnetometer": (*BIAS, *MATRIX)},
         source="docs/record-format.md",
         axes=AS_CALIBRATED,
+        is_own=True,
         encoding=BYTES,
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
-from tumble.foundation.files import FileKind
+from tumble.foundation.files import BY_TUMBLE, HEAD_OF_OURS, FileKind
 from tumble.foundation.numbers import number_of
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
@@ -52,7 +52,8 @@ def _write(calibrations: Sequence[Calibration], triad: Triad) -> Written:
     parts = (matrix / scale, np.diag(scale), section.b[:, np.newaxis])
     text = "\n\n".join("\n".join(" ".join(repr(float(v)) for v in row) for row in part) for part in parts)
     lost = [loss for loss in frame_losses(calibration, case_from_frame.T) if loss.triad == triad]
-    return Written(text + "\n", tuple(lost))
+    # imu_tk reads no further than the numbers.
+    return Written(f"{text}\n{HEAD_OF_OURS}\n", tuple(lost))
 
 
 def _case_from_frame(calibration: Calibration) -> FloatArray:
@@ -66,7 +67,7 @@ def _case_from_frame(calibration: Calibration) -> FloatArray:
 
 def _reader(triad: Triad) -> Read:
     def read(text: str) -> list[Content]:
-        words = text.split()
+        words = text.partition("#")[0].split()
         found = [number_of(word) for word in words]
         if None in found:
             stray = short(words[found.index(None)])
@@ -85,7 +86,7 @@ def _reader(triad: Triad) -> Read:
     return read
 
 
-_KIND = FileKind("a .calib file of imu_tk", re.compile(rb"\A\s*[-+0-9.eE]+\s"))
+_KIND = FileKind("a .calib file of imu_tk", re.compile(rb"\A\s*[-+0-9.eE]+\s"), BY_TUMBLE)
 _SOURCE = "https://bitbucket.org/alberto_pretto/imu_tk"
 
 IMU_TK_ACCELEROMETER = Target(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.files import FileKind
+from tumble.foundation.files import BY_TUMBLE, FileKind
 from tumble.foundation.log_reading import CORRECTION, turns
 from tumble.foundation.plain import short
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
@@ -190,6 +190,8 @@ class Target:
     """Remarks and further steps for every file of this format."""
     read: Read | None = None
     """Reads its files; None where they hold no calibration, or none that can be read back."""
+    is_own: bool = False
+    """Indicates whether only Tumble writes this format."""
     encoding: str = "utf-8"
     """Encoding of its text."""
     read_parameters: ReadParameters | None = None
@@ -199,6 +201,11 @@ class Target:
     def settings(self) -> tuple[Setting, ...]:
         """All its settings."""
         return (*self.own_settings, AXES) if self.body else self.own_settings
+
+    @property
+    def output_kind(self) -> FileKind:
+        """Kind that its files replace: those that name Tumble in their head, but records, which are ours."""
+        return self.kind if self.kind.mark is not None or self.is_own else replace(self.kind, mark=BY_TUMBLE)
 
     @property
     def axes_in_words(self) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.file_status import exists, is_file
-from tumble.foundation.files import prepare_folder, remove_made, replacing
+from tumble.foundation.files import prepare_inner_folder, remove_folder, remove_made, replacing
 from tumble.foundation.magnetic import MAGNETIC_CHANNELS
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.live import LiveChunk
@@ -126,7 +126,7 @@ class UnitParts:
     def write(self, chunk: RecordedChunk) -> None:
         """Writes samples to disk; raises `OutputError` where that cannot be done."""
         if not exists(self._parts_folder):
-            prepare_folder(self._parts_folder)
+            prepare_inner_folder(self._parts_folder)
         self._last += 1
         numbers = self._last, self._last
         facts = replace(self._facts, further=chunk.further)
@@ -142,7 +142,7 @@ class UnitParts:
         if files and files != [whole]:
             with replacing(whole, FORMATS["parquet"], renews=True, durable=True) as joined:
                 join_parquet(files, joined, {LAST_PART: str(self._last)})
-        remove_made(self._parts_folder)
+        remove_folder(self._parts_folder, FORMATS["parquet"])
         self._parts = []
 
     def _join_some(self) -> None:
@@ -154,7 +154,7 @@ class UnitParts:
             with replacing(self._path(together), FORMATS["parquet"], durable=True) as joined:
                 join_parquet(paths, joined, {})
             # Whoever reads from now on knows by its name that the new one holds these.
-            remove_made(*paths)
+            remove_made(*paths, kind=FORMATS["parquet"])
             self._parts[-len(tail) :] = [together]
             length *= JOINED
 

@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 
 from tumble import _core
 from tumble.foundation import clock
+from tumble.foundation.documents import document_kind
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.file_status import exists
@@ -21,6 +22,7 @@ from tumble.foundation.words import join
 from tumble.live import LiveChunk, Source
 from tumble.logs import Facts
 from tumble.logs.session import (
+    SCHEMA,
     Session,
     SessionClock,
     SessionProcedure,
@@ -231,7 +233,7 @@ class SessionWriter:
         if any(unit.samples or math.isfinite(unit.last) for unit in self._units.values()):
             self.finish("failed")
         else:
-            remove_made(self._session_file)
+            remove_made(self._session_file, kind=document_kind(SCHEMA))
 
     def _go_on(self) -> None:
         for name, unit in self._units.items():

@@ -26,7 +26,7 @@ from tumble.tools.viewers.content import (
     topic_names,
 )
 
-RRD: Final = FileKind("a recording of Rerun", re.compile(rb"\ARRF2"))
+RRD: Final = FileKind("a recording of Rerun", re.compile(rb"\ARRF2"), re.compile(rb"\n\x06tumble"))
 TIME: Final = "time"
 """Timeline of all that is in the file."""
 EVENTS: Final = "/events"

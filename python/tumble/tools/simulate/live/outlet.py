@@ -236,7 +236,8 @@ class PtyOutlet(_LineOutlet):
         self._device, line = self._pty.openpty()
         tty.setraw(line)
         os.set_blocking(self._device, False)
-        link(self._path, os.ttyname(line))
+        self._line = os.ttyname(line)
+        link(self._path, self._line)
         # Once it was open and is no more, the device can detect whether somebody has it open.
         os.close(line)
         self._opened, self._is_named = math.inf, False
@@ -244,7 +245,7 @@ class PtyOutlet(_LineOutlet):
     def unplug(self) -> None:
         """See `Outlet`."""
         if self._device is not None:
-            remove_link(self._path)
+            remove_link(self._path, self._line)
             os.close(self._device)
             self._device = None
 

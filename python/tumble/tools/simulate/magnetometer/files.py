@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from tumble.foundation.documents import write_document
-from tumble.foundation.files import FileKind, prepare_folder, write_text
+from tumble.foundation.files import BY_TUMBLE, HEAD_OF_OURS, FileKind, prepare_folder, write_text
 from tumble.foundation.plain import plain
 from tumble.tools.simulate.files import TRUTH
 from tumble.tools.simulate.magnetometer.procedure import SimulatedMagnetometer
 
-LOG = FileKind("a simulated log", re.compile(rb"\Atime_s,"))
+LOG = FileKind("a simulated log", re.compile(rb"\A#[^\n]*\ntime_s,"), BY_TUMBLE)
 _HEADER = """\
 The truth of this simulated session, in the case frame of the accelerometer's own axes: y = M u + b + c I, in
 uT and A; the dip of the field in deg, positive down."""
@@ -35,7 +35,7 @@ def write_magnetometer(found: SimulatedMagnetometer, directory: str | Path) -> d
     if track.current is not None:
         table, names = np.column_stack([table, track.current]), [*names, "current_A"]
     rows = (",".join(f"{value:.9g}" for value in row) for row in table)
-    write_text(paths["log"], "\n".join([",".join(names), *rows, ""]), LOG)
+    write_text(paths["log"], "\n".join([HEAD_OF_OURS, ",".join(names), *rows, ""]), LOG)
     write_document(paths["truth"], _HEADER, magnetometer_truth(found))
     return paths
 

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.documents import write_document
-from tumble.foundation.files import FileKind, prepare_folder, write_text
+from tumble.foundation.files import BY_TUMBLE, HEAD_OF_OURS, FileKind, prepare_folder, write_text
 from tumble.foundation.plain import plain
 from tumble.logs import Facts, open_writer
 from tumble.tools.simulate.files import TRUTH, LogFormat, pieces, triad_content
 from tumble.tools.simulate.multipose.procedure import SimulatedMultipose
 
-SECTIONS = FileKind("a section list", re.compile(rb"\Alabel,start,end\r?\n"))
+SECTIONS = FileKind("a section list", re.compile(rb"\A#[^\n]*\nlabel,start,end\r?\n"), BY_TUMBLE)
 _HEADER = """\
 The truth of this simulated session. SI units, angles in rad unless a key ends in _deg; frames as in
 docs/conventions.md. y = M u + b + G f. own_axes is M in the frame of the accelerometer's own axes, faces
@@ -39,7 +39,7 @@ def write_multipose(
     if found.on_faces:
         paths["sections"] = folder / "sections.csv"
         rows = [("label", "start", "end"), *found.sections]
-        text = "".join(f"{label},{start},{end}\n" for label, start, end in rows)
+        text = "".join([f"{HEAD_OF_OURS}\n", *(f"{label},{start},{end}\n" for label, start, end in rows)])
         write_text(paths["sections"], text, SECTIONS)
     return paths
 

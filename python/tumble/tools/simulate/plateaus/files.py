@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.documents import write_document
-from tumble.foundation.files import prepare_folder
+from tumble.foundation.files import prepare_folder, prepare_inner_folder
 from tumble.foundation.plain import plain
 from tumble.logs import Facts
 from tumble.logs.writer_with_field import open_writer_with_field
@@ -31,7 +31,7 @@ def write_plateaus(
     paths: dict[str, Path] = {}
     for number, session in enumerate(plateaus.sessions(), start=1):
         name = f"session_{number}"
-        paths[name] = prepare_folder(folder / name)
+        paths[name] = prepare_inner_folder(folder / name)
         for unit in session.units:
             facts = Facts(serial=unit.recording.metadata.serial)
             path = paths[name] / f"{unit.name}.{format}"
