@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import socket
 import subprocess
 import sys
@@ -184,3 +185,13 @@ def test_error_of_a_stream_is_reported(text, words):
         open_source(text).__enter__()
     assert words in str(caught.value)
     assert str(caught.value).startswith(text)
+
+
+def test_a_pipe_in_the_place_of_a_growing_file_is_refused(tmp_path):
+    file = Growing(tmp_path / "imu.csv")
+    with open_source(f"file:{file.path}?from=start") as source:
+        source.read()
+        os.mkfifo(tmp_path / "pipe")
+        (tmp_path / "pipe").replace(file.path)
+        with pytest.raises(LogError, match="is no file; give the file that grows"):
+            source.read()

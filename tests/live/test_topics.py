@@ -1,6 +1,7 @@
 """Topics of Foxglove's protocol and of Zenoh, sent by another process, and lists of what is sent."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -219,7 +220,8 @@ def test_what_is_no_advertisement_or_message_is_passed_over():
     stated = {"id": 3, "topic": "/imu", "encoding": "cdr", "schemaName": "sensor_msgs/msg/Imu", "schema": ""}
     assert foxglove._channel(stated).topic == "/imu"
     packed = {**stated, "encoding": "protobuf", "schemaEncoding": "protobuf"}
-    wrong = [None, 7, "imu", {}, {**stated, "id": "x"}, {**stated, "schema": 3}, {**packed, "schema": "###"}]
+    numbers = [{**stated, "id": number} for number in ("x", math.inf, math.nan)]
+    wrong = [None, 7, "imu", {}, *numbers, {**stated, "schema": 3}, {**packed, "schema": "###"}]
     assert [foxglove._channel(each) for each in wrong] == [None] * len(wrong)
     assert [foxglove._json(text) for text in ("", "[1]", "{", "[" * 100_000)] == [{}] * 4
     assert [foxglove._payload(message) for message in (b"", b"\1" * 12, b"\2" * 20)] == [None] * 3

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import signal
 
 import pytest
 
 from table_fixtures import served
+from tumble.tools.table import GuardedTable
 from turntable_sessions import one_line, typed
 
 pytestmark = pytest.mark.usefixtures("simulated_clock")
@@ -66,3 +68,19 @@ def test_motion_beyond_a_limit_is_one_line_and_is_not_made(words, problem):
     done = typed("table", *words, "--table", "simulated:two-axis", "--armed")
     assert done.code == 2
     assert problem in one_line(done.err)
+
+
+@pytest.mark.parametrize("seconds", ["nan", "inf", "-1", "1e20", "1e300"])
+def test_a_time_that_is_none_moves_nothing(seconds, monkeypatch):
+    monkeypatch.setattr("tumble.tools.table.simulated.SimulatedTable.__enter__", None)
+    done = typed("table", "rate", "36", "--for", seconds, "--table", "simulated:one-axis", "--armed")
+    assert done.code == 2
+    assert "--for" in one_line(done.err)
+
+
+def test_a_table_that_was_stopped_meanwhile_is_an_error(monkeypatch):
+    with served("scpi") as (address, _):
+        monkeypatch.setattr(GuardedTable, "wait", lambda self: self._stop_at_the_end(signal.SIGTSTP))
+        done = typed("table", "rate", "0,5", "--for", "0", "--table", address, "--armed")
+    assert done.code == 2
+    assert "was stopped, as the program was to end or to be suspended" in done.err

@@ -13,7 +13,7 @@ from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_status import is_special, unusable
 from tumble.foundation.files import note_input
 
-_HOW = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+WITHOUT_WAITING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 """Opening a pipe that nobody writes to would wait."""
 
 
@@ -53,7 +53,7 @@ def opened(
     try:
         if is_special(path):
             raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
-        descriptor = os.open(path, _HOW)
+        descriptor = os.open(path, WITHOUT_WAITING)
         with os.fdopen(descriptor, "rb") as file:
             mode = os.fstat(descriptor).st_mode
             if not stat.S_ISREG(mode):  # put there since

@@ -38,6 +38,8 @@ ADVERTISED_WITHIN: Final = 2.0
 """s for which a server may take until it advertises a topic."""
 LARGEST_MESSAGE: Final = 1 << 24
 """Bytes of a message beyond which a server is not listened to."""
+MOST_QUEUED: Final = 16
+"""Messages that the library receives ahead of the mailbox; the server waits meanwhile."""
 MOST_TOPICS: Final = 4096
 """Topics that a server advertises, beyond which it is not listened to."""
 _DATA: Final = struct.Struct("<BIQ")
@@ -84,7 +86,7 @@ class FoxgloveSource(MessageSource):
         assert self._channel is not None, "messages come from a channel"
         return decoder_of(f"{self._address.text}", self._channel.definition, first)
 
-    def _receive(self, mailbox: Mailbox[bytes], opened: ExitStack) -> None:
+    def _receive(self, mailbox: Mailbox, opened: ExitStack) -> None:
         connection = opened.enter_context(_connected(self._address))
         found: dict[str, _Channel] = {}
         for channel in _advertised(connection, self._address):
@@ -111,7 +113,7 @@ class FoxgloveSource(MessageSource):
         # It ends with the connection.
         Thread(target=self._pass_on, args=(connection, mailbox), daemon=True).start()
 
-    def _pass_on(self, connection: ClientConnection, mailbox: Mailbox[bytes]) -> None:
+    def _pass_on(self, connection: ClientConnection, mailbox: Mailbox) -> None:
         try:
             for message in connection:
                 if isinstance(message, bytes) and (found := _payload(message)) is not None:
@@ -165,7 +167,7 @@ def _connected(address: Address) -> Iterator[ClientConnection]:
                     open_timeout=_TIMEOUT,
                     close_timeout=1.0,
                     max_size=LARGEST_MESSAGE,
-                    max_queue=None,
+                    max_queue=MOST_QUEUED,
                 )
             )
         except (WebSocketException, OSError) as error:
@@ -223,7 +225,7 @@ def _channel(stated: Any) -> _Channel | None:  # noqa: ANN401 - whatever JSON ho
         is_binary = (stated.get("schemaEncoding") or encoding) in ("protobuf", "flatbuffer")
         text = base64.b64decode(schema, validate=True) if is_binary else schema.encode()
         return _Channel(int(number), str(topic), Definition(str(encoding), str(kind), text))
-    except (TypeError, KeyError, AttributeError, ValueError, binascii.Error):
+    except (TypeError, KeyError, AttributeError, ValueError, OverflowError, binascii.Error):
         return None
 
 

@@ -35,12 +35,12 @@ class MessageSource(ConditionedSource):
         self._address = address
         self.topic = topic
         self.name = topic.strip("/").replace("/", "-")
-        self._mailbox: Mailbox[bytes] | None = None
+        self._mailbox: Mailbox | None = None
         self._decoder: ImuDecoder | None = None
         self._open = ExitStack()
 
     @abstractmethod
-    def _receive(self, mailbox: Mailbox[bytes], opened: ExitStack) -> None:
+    def _receive(self, mailbox: Mailbox, opened: ExitStack) -> None:
         """Has messages put into the mailbox until `opened` is closed.
 
         Raises `LogError` where there is no such topic.
@@ -71,7 +71,7 @@ class MessageSource(ConditionedSource):
 
     def __enter__(self: Opened) -> Opened:
         with ExitStack() as opened:
-            mailbox: Mailbox[bytes] = Mailbox()
+            mailbox: Mailbox = Mailbox()
             opened.callback(mailbox.close)
             self._receive(mailbox, opened)
             self._mailbox, self._open = mailbox, opened.pop_all()

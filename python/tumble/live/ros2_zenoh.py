@@ -77,7 +77,7 @@ class ZenohSource(MessageSource):
     def __init__(self, address: Address, topic: str, options: ReadOptions) -> None:
         super().__init__(address, topic, options)
         self._field_topic = address.settings.get("magnetometer", "")
-        self._fields: Mailbox[bytes] | None = None
+        self._fields: Mailbox | None = None
         self._pairing = FieldPairing()
 
     @property
@@ -102,7 +102,7 @@ class ZenohSource(MessageSource):
     def _decoder_for(self, first: bytes) -> ImuDecoder:
         return PlainImu(CDR)
 
-    def _receive(self, mailbox: Mailbox[bytes], opened: ExitStack) -> None:
+    def _receive(self, mailbox: Mailbox, opened: ExitStack) -> None:
         session = _session(self._address)
         opened.callback(session.close)
         domain, come = ros_domain(self._address), threading.Event()
@@ -112,7 +112,7 @@ class ZenohSource(MessageSource):
             come.set()
 
         if self._field_topic:
-            fields: Mailbox[bytes] = Mailbox()
+            fields: Mailbox = Mailbox()
             opened.callback(fields.close)
             self._fields = fields
             key = imu_key(domain, self._field_topic, FIELD_TYPE)

@@ -13,6 +13,8 @@ from typing import IO
 
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError
+from tumble.foundation.file_reading import WITHOUT_WAITING
+from tumble.foundation.file_status import is_special
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.lines import LONGEST_LINE
@@ -163,9 +165,7 @@ class GrowingFile:
 
     def __enter__(self) -> GrowingFile:
         try:
-            if not stat.S_ISREG(self._path.stat().st_mode):
-                raise LogError(f"{self._address.text}: {self._path} is no file; give the file that grows")
-            self._file = self._path.open("rb", buffering=0)
+            self._file = self._opened()
         except OSError as error:
             raise LogError(
                 f"{self._address.text}: {self._path} cannot be read: {error.strerror or error}; start what "
@@ -175,6 +175,15 @@ class GrowingFile:
             self._waiting = self._names()
             self._go_to_last_line()
         return self
+
+    def _opened(self) -> IO[bytes]:
+        """Opens what is there by now; anything but a file is refused, and never waited for."""
+        if not is_special(self._path):
+            descriptor = os.open(self._path, WITHOUT_WAITING)
+            if stat.S_ISREG(os.fstat(descriptor).st_mode):
+                return os.fdopen(descriptor, "rb", buffering=0)
+            os.close(descriptor)
+        raise LogError(f"{self._address.text}: {self._path} is no file; give the file that grows")
 
     def _names(self) -> bytes:
         """Returns the line that names columns, which stands at the start of the file."""
@@ -236,7 +245,7 @@ class GrowingFile:
             self._replaced += 1
             self._waiting = LINE_END
             self._file.close()
-            self._file = self._path.open("rb", buffering=0)
+            self._file = self._opened()
 
     def send(self, data: bytes) -> None:
         """Raises `LogError`: a file is no device."""

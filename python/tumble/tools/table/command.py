@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 table_app = typer.Typer(no_args_is_help=True, help="Try a rate table: list, position, goto, rate, stop.")
 
+LONGEST: Final = 1e6
+"""s for which a table turns at most."""
 TABLES: Final = "tumble-tables/1"
 POSITION: Final = "tumble-table-position/1"
 
@@ -136,7 +138,7 @@ def rate_command(
         str, typer.Argument(metavar="RATE[,RATE...]", help="deg/s, one for each axis from the floor up.")
     ],
     table: TableOption,
-    seconds: Annotated[float, typer.Option("--for", min=0.0, help="s to turn at the rate.")] = 5.0,
+    seconds: Annotated[float, typer.Option("--for", help="s to turn at the rate.")] = 5.0,
     acceleration: Annotated[
         str | None,
         typer.Option(metavar="ACC[,ACC...]", help="deg/s^2 at most; the limits if not given."),
@@ -148,6 +150,8 @@ def rate_command(
 
     Example: tumble table rate 36 --for 10 --table simulated:one-axis --armed
     """
+    if not 0.0 <= seconds <= LONGEST:
+        raise TableError(f"--for {seconds:g}: give s from 0 to {LONGEST:g}")
     with _opened(table, table_limits, armed) as opened:
         opened.rate(
             _figures(opened, "RATE", rates),
@@ -156,6 +160,8 @@ def rate_command(
         if armed:
             opened.wait()
             clock.sleep(seconds)
+            # What has stopped it meanwhile, such as Ctrl-Z, is an error.
+            opened.settled()
     if armed:
         print("stopped")
 

@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from typing import IO
 
 from tumble.foundation import clock
+from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.errors import TableError, TumbleError
 from tumble.tools.table.rate_table import RateTable
 from tumble.tools.table.registry import open_table
@@ -92,7 +93,7 @@ def stand_by() -> None:
     given = lines.readline()
     if not given.endswith(b"\n"):
         return  # The program ended before it could move anything.
-    address, documents = json.loads(given)
+    address, documents = parse_json(given)
     table = open_table(address, documents)
     # A driver of another package may have nothing to prepare.
     getattr(table, "prepare", lambda: None)()
