@@ -160,7 +160,7 @@ def rate_command(
         if armed:
             opened.wait()
             clock.sleep(seconds)
-            # What has stopped it meanwhile, such as Ctrl-Z, is an error.
+            # A stop by something else meanwhile, such as Ctrl-Z, is an error.
             opened.settled()
     if armed:
         print("stopped")
