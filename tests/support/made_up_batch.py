@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tumble.foundation.error_decomposition import mounting_angles
 from tumble.foundation.results import INTERVAL, Parameter, Rest, Trace, TriadResult
 from tumble.procedures.turntable.result import (
     AxisReading,
@@ -24,7 +25,7 @@ PAIRS = {"xy": (0, 1), "yz": (1, 2), "zx": (2, 0)}
 def parameters(K, L, Q, b, unit, sigma, unobservable=()):
     """Twelve parameters as the estimator words them; `unobservable` lists groups the data did not show."""
     sensing = L @ Q
-    vector = np.degrees([Q[1, 2] - Q[2, 1], Q[2, 0] - Q[0, 2], Q[0, 1] - Q[1, 0]]) / 2
+    vector = mounting_angles(Q)
     values = [(f"bias {axis}", unit, b[i]) for i, axis in enumerate("xyz")]
     values += [(f"scale {axis}", "1", K[i, i]) for i, axis in enumerate("xyz")]
     values += [

@@ -203,6 +203,10 @@ class TriadCalibration(Document):
                 raise ValueError(
                     f"M differs from K L Q by {error:.2g}; edit M alone and leave K, L, Q and angles out"
                 )
+        if self.angles is not None or self.covariance is not None or self.inherited is not None:
+            from tumble.calibration.agreement import refuse_disagreement  # needs the native module
+
+            refuse_disagreement(self)
         return self
 
     def at_reference(self, readings: FloatArray, temperature: FloatArray | None) -> FloatArray:

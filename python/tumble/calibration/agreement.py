@@ -1,0 +1,84 @@
+"""Agreement of what a calibration file states: angles are those in M, and a covariance is one.
+
+People read angles, and certificates state them; corrections use M. A file in which they differ was edited,
+and nobody knows which of them holds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tumble.foundation.error_decomposition import PAIRS, factors, non_orthogonality
+from tumble.foundation.recording import FloatArray
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Angles, NonOrthogonality, TriadCalibration
+
+_ANGLE = 1e-6
+"""deg, largest difference between an angle and that in M: rounding of angles typed with nine digits."""
+_CORRELATION = 1e-6
+"""Asymmetry, and negative eigenvalue, of correlations typed with ten digits."""
+
+
+def refuse_disagreement(triad: TriadCalibration) -> None:
+    """Raises `ValueError`, naming the key, where a section states one thing twice and differently."""
+    if triad.covariance is not None:
+        _refuse_no_covariance("covariance", triad.covariance)
+    if triad.inherited is not None:
+        _refuse_no_covariance("inherited.covariance", triad.inherited.covariance)
+    if triad.angles is not None:
+        _refuse_other_angles(triad.angles, triad.M)
+
+
+def _refuse_no_covariance(key: str, covariance: FloatArray) -> None:
+    """Raises `ValueError` where a matrix (12, 12) with gaps is the covariance of no quantities."""
+    variance = np.diag(covariance)
+    known = np.isfinite(variance)
+    inner = covariance[np.ix_(known, known)]
+    if (variance[known] < 0.0).any():
+        raise ValueError(f"{key} has a negative variance, {variance[known].min():.3g}; check its diagonal")
+    sigma = np.where(variance[known] > 0.0, np.sqrt(variance[known]), 1.0)
+    correlation = inner / sigma / sigma[:, None]
+    if not np.isfinite(correlation).all():
+        raise ValueError(f"{key} has a gap between two known variances; check its rows")
+    if np.abs(correlation - correlation.T).max(initial=0.0) > _CORRELATION:
+        raise ValueError(f"{key} is not symmetric; check its rows")
+    if len(correlation) and np.linalg.eigvalsh(correlation)[0] < -_CORRELATION:
+        raise ValueError(f"{key} has a negative eigenvalue, as that of no quantities; check its rows")
+
+
+def _refuse_other_angles(angles: Angles, matrix: FloatArray) -> None:
+    """Raises `ValueError` for angles that are not those of the sensing axes in M."""
+    skew = _of_pairs(angles.non_orthogonality)
+    expected = np.degrees(non_orthogonality(matrix))
+    far = np.abs(skew - expected) > _ANGLE
+    if far.any():
+        first = int(np.argmax(far))
+        raise ValueError(
+            f"angles.non-orthogonality is {skew[first]:.6g} deg, and that in M is {expected[first]:.6g} deg; "
+            "edit M alone and leave K, L, Q, angles out"
+        )
+    if not np.isfinite(angles.mounting).all():
+        return
+    turned = _rotation(np.radians(angles.mounting)) @ factors(matrix)[2].T
+    error = float(np.degrees(np.arccos(np.clip((np.trace(turned) - 1.0) / 2.0, -1.0, 1.0))))
+    if np.abs(turned - np.eye(3)).max() > np.radians(_ANGLE):
+        raise ValueError(
+            f"angles.mounting is {error:.6g} deg from that in M; edit M alone and leave K, L, Q, angles out"
+        )
+
+
+def _of_pairs(angles: NonOrthogonality) -> FloatArray:
+    values = (getattr(angles, pair) for pair in PAIRS)
+    return np.array([np.nan if value is None else value for value in values])
+
+
+def _rotation(vector: FloatArray) -> FloatArray:
+    """Returns the matrix (3, 3) of a rotation vector (3,), rad, by the formula of Rodrigues."""
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector / angle if angle > 0.0 else vector
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: FloatArray = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return turned
