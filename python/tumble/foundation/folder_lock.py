@@ -6,6 +6,7 @@ killed run leaves stops nobody.
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Callable
@@ -13,7 +14,6 @@ from contextlib import suppress
 from pathlib import Path
 
 from tumble.foundation.errors import OutputError
-from tumble.foundation.file_status import is_link
 from tumble.foundation.numbers import whole_number
 
 LOCK_FILE = ".tumble.lock"
@@ -102,7 +102,7 @@ def _opened(path: Path) -> int:
     try:
         file = os.open(path, _OPENING, 0o666)
     except OSError as error:
-        if is_link(path):
+        if error.errno in (errno.ELOOP, errno.EMLINK):  # a link, as systems report it
             raise _kept(path) from error
         raise
     status = os.fstat(file)
