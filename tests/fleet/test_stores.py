@@ -13,7 +13,7 @@ from s3fs import S3FileSystem
 from fleet_jobs import LosingEngine, function_job, results_of, run_job, values_of
 from s3_servers import s3_server
 from tumble.fleet.job import FleetJob
-from tumble.fleet.lease import LEASE_FILE, OtherDriverError, driver_lease
+from tumble.fleet.lease import KIND, LEASE_FILE, OtherDriverError, driver_lease
 from tumble.fleet.places import FileStore
 from tumble.foundation import clock
 from turntable_sessions import one_line, typed
@@ -97,7 +97,7 @@ def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, simulated_clock
     with driver_lease(results), pytest.raises(OtherDriverError, match="another driver"):
         run_job(job, LosingEngine(np.random.default_rng(0)))
     # A driver that was killed leaves its lease, which nobody renews.
-    results.write(LEASE_FILE, b"0123 7 host process 1")
+    results.write(LEASE_FILE, b"0123 7 host process 1", KIND)
     assert run_job(job, LosingEngine(np.random.default_rng(0))).done == 3
     assert results.read(LEASE_FILE) is None
 
@@ -105,7 +105,7 @@ def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, simulated_clock
 def test_driver_whose_lease_was_taken_ends(bucket, simulated_clock):
     results = FileStore(f"{bucket}/taken")
     with driver_lease(results) as held:
-        results.write(LEASE_FILE, b"0123 1 host process 1")
+        results.write(LEASE_FILE, b"0123 1 host process 1", KIND)
         clock.sleep(5.0)
         with pytest.raises(OtherDriverError, match="host process 1"):
             held.check()

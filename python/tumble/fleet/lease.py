@@ -22,7 +22,7 @@ RENEWED_EVERY = 2.0
 GONE_AFTER = 10.0
 """s without a renewal after which a driver is gone. Clocks of two machines are never compared."""
 _LONGEST_NAME = 200
-_KIND = FileKind("a lease of tumble fleet", re.compile(rb"\A[0-9a-f]{16} \d+ "))
+KIND = FileKind("a lease of tumble fleet", re.compile(rb"\A[0-9a-f]{16} \d+ "))
 
 
 class OtherDriverError(TumbleError):
@@ -95,11 +95,11 @@ class DriverLease:
         if not self._other:
             # A lease that cannot be removed is over by itself, and no reason for a finished job to fail.
             with suppress(StoreError):
-                self._results.remove(LEASE_FILE, _KIND)
+                self._results.remove(LEASE_FILE, KIND)
 
     def _write(self) -> None:
         self._renewals += 1
-        self._results.write(LEASE_FILE, f"{self._token} {self._renewals} {self._name}".encode(), _KIND)
+        self._results.write(LEASE_FILE, f"{self._token} {self._renewals} {self._name}".encode(), KIND)
 
     def _renew(self) -> None:
         while not clock.wait(self._ended, RENEWED_EVERY):
