@@ -191,7 +191,8 @@ LAYERS: dict[str, set[str]] = {
     "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
     | {"schemas", "words", "names", "file_reading"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_time", "log_reading"},
+    "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_reading"}
+    | {"log_time"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.duplicate_sensors import UnitHeads
+from tumble.acquisition.duplicate_sensors import UnitHeads, refuse_copies
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.calibration.temperature_counts import TemperatureCounts
@@ -55,7 +55,7 @@ def acquire(
     `progress` receives samples done, and samples expected where they are known beforehand.
 
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
-    IMU's, or two files show one pose.
+    IMU's, two files show one pose, or one is a copy of another.
     """
     segmenter = _core.Segmenter(
         rates=rates,
@@ -64,12 +64,14 @@ def acquire(
     )
     counts = Counts()
     heads = UnitHeads(recording.metadata.triads)
+    of_parts: dict[str, UnitHeads] = {}
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
     samples = 0
     duration = 0.0
     start = math.nan
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
         segmenter.begin_part(name)
+        of_parts[name] = UnitHeads(recording.metadata.triads)
         stream = part.chunks()
         begun: float | None = None
         for chunk in stream:
@@ -78,6 +80,7 @@ def acquire(
                     f"{odd}; give the unit of its time with --time-unit", about=recording.name
                 )
             heads.push(chunk)
+            of_parts[name].push(chunk)
             temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = corrected(chunk, calibration)
             push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
@@ -90,12 +93,14 @@ def acquire(
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
+    digests = {name: each.digest() for name, each in of_parts.items()}
+    refuse_copies(digests.items(), recording.name)
     notices = (*counts.notices(), *temperatures.notices())
     about = recording.metadata
     facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
-    return Imu(recording, acquired, notices, facts, heads.gyroscope_digest(), heads.twice())
+    return Imu(recording, acquired, notices, facts, heads.gyroscope_digest(), heads.twice(), next(iter(digests.values())))
 
 
 def _say_what_was_read(

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.units import TRIADS, Triad
 
@@ -74,10 +75,26 @@ class UnitHeads:
         """Returns the digest of the gyroscope; empty where there is none."""
         return self._heads["gyroscope"].digest() if "gyroscope" in self._heads else ""
 
+    def digest(self) -> str:
+        """Returns what no other log of the unit has; empty where too little was read to decide."""
+        return "".join(head.digest() for head in self._heads.values())
+
     def twice(self) -> str:
         """Describes a sensor of which two axes are one column; empty where there is none."""
         found = (triad for triad, head in self._heads.items() if head.has_axis_twice())
         return next((f"two axes of the {triad} read the same; check the columns" for triad in found), "")
+
+
+def refuse_copies(heads: Iterable[tuple[str, str]], about: str = "") -> None:
+    """Raises `ProcedureError`, in one line, where two logs of one unit, by name and digest, are one."""
+    names: dict[str, str] = {}
+    for name, digest in heads:
+        if digest and digest in names:
+            raise ProcedureError(
+                f"{names[digest]} and {name} read the same to the bit, and would count twice; leave one out",
+                about=about,
+            )
+        names[digest] = name
 
 
 def duplicate_sensors(digests: Iterable[tuple[str, str]]) -> Iterator[str]:

@@ -57,6 +57,8 @@ class Imu:
     """Digest of the logged readings, as from `SensorHead.digest`."""
     axes_twice: str = ""
     """Describes a sensor of which two axes are one column, as `UnitHeads.twice` does."""
+    digest: str = ""
+    """Digest of both sensors, as from `UnitHeads.digest`, of the first file."""
 
     @property
     def name(self) -> str:

@@ -15,6 +15,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.units import UNITS
 from tumble.foundation.words import count_of
+from tumble.logs.beginning import Beginning
 from tumble.logs.row_order import (
     LARGEST_DISPLACEMENT,
     Reordering,
@@ -129,6 +130,8 @@ class Counts:
     """Samples kept whose reading stands alone, far from those before and after."""
     reordering: Reordering = field(default_factory=Reordering)
     """Samples that were sorted by time."""
+    beginning: Beginning = field(default_factory=Beginning)
+    """First readings, and where they come again."""
     warming: Warming = field(default_factory=Warming)
     """Temperature over the whole pass."""
 
@@ -145,6 +148,7 @@ class Counts:
         self.impossible.add(other.impossible)
         self.spikes.add(other.spikes)
         self.reordering.add(other.reordering)
+        self.beginning.join(other.beginning)
         self.warming.join(other.warming)
 
     def notices(self) -> tuple[str, ...]:
@@ -179,7 +183,7 @@ class Counts:
                 f"{count_of('sample', self.spikes.count)} far from those before and after, garbled or "
                 f"knocked: {self.spikes.phrase()}"
             )
-        return (*notices, *self.warming.notices())
+        return (*notices, *self.beginning.notices(), *self.warming.notices())
 
 
 class ChunkStream(Iterator[Chunk]):
@@ -254,6 +258,7 @@ class ChunkStream(Iterator[Chunk]):
             return
         chunk = self._hold_temperature(chunk)
         self.counts.warming.add(chunk)
+        self.counts.beginning.add(chunk)
         self._last = chunk
         if self._keep_faults:
             self._refuse_degrees(chunk)

@@ -11,6 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged, scale_notice
+from tumble.acquisition.duplicate_sensors import refuse_copies
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.messages import REST_REJECTIONS
@@ -61,6 +62,7 @@ def noise(
         _refuse_unless_still(unit)
         _refuse_other_rate(units[0] if units else unit, unit)
         units.append(unit)
+        refuse_copies((each.name, each.digest) for each in units)
     rests = [np.array(unit.acquired.rest_times) for unit in units]
     found, part, disturbances = _without_disturbances(recordings, rests, progress)
     channels = channels_of(triads, found)

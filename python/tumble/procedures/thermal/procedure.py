@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged, refuse_if_misread
+from tumble.acquisition.duplicate_sensors import refuse_copies
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.notices import correction_notice
@@ -68,6 +69,7 @@ def thermal(
         unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
         _refuse_unfit(unit)
         units.append(unit)
+        refuse_copies((each.name, each.digest) for each in units)
         recorder.begin_session()
         _read(recording, recorder, sum(each.acquired.samples for each in units), progress)
     channels = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -104,6 +105,11 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
     if len(found) > 1:
         listed = join(sorted(word or "none stated" for word in found))
         raise ProcedureError(f"are of different procedures, {listed}, whose frames differ; give those of one")
+    for (each, name), (other, another) in combinations(zip(calibrations, names, strict=True), 2):
+        if _are_one(each, other):
+            raise ProcedureError(
+                f"{name} and {another} hold the same to the bit, and would count twice; leave one out"
+            )
     for each, name in zip(calibrations, names, strict=True):
         for why in read_otherwise(each.log_reading, calibrations[0].log_reading, f"that of {names[0]}"):
             raise ProcedureError(f"its log {why}; give calibrations of logs read alike", about=name)
@@ -111,6 +117,15 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
             raise ProcedureError(
                 "has a temperature drift already; give the calibrations that it was made of", about=name
             )
+
+
+def _are_one(one: Calibration, other: Calibration) -> bool:
+    """Returns whether two calibrations found the same to the bit, as a file and its copy do."""
+    mine, others = dict(one.triads()), dict(other.triads())
+    return mine.keys() == others.keys() and all(
+        np.array_equal(mine[name].M, others[name].M) and np.array_equal(mine[name].b, others[name].b)
+        for name in mine
+    )
 
 
 def triads_in(sessions: Sequence[PlateauSession]) -> Iterator[CalibratedTriad]:
