@@ -169,7 +169,7 @@ LAYERS: dict[str, set[str]] = {
     "serials": {"errors", "words"},
     "log_reading": set(),
     "folder_lock": {"errors", "numbers"},
-    "file_status": {"errors"},
+    "file_status": {"errors", "plain"},
     "bounded_json": {"words"},
     "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files"},
@@ -188,7 +188,16 @@ LAYERS: dict[str, set[str]] = {
     "field_docstrings": set(),
     "printed": {"field_docstrings"},
     "debugging": set(),
-    "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
+    "documents": {
+        "bounded_yaml",
+        "errors",
+        "field_docstrings",
+        "file_status",
+        "files",
+        "log_formats",
+        "plain",
+        "recording",
+    }
     | {"schemas", "words", "names", "file_reading"},
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_reading"}

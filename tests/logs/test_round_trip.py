@@ -86,15 +86,17 @@ def test_many_chunks_read_as_one_recording(tmp_path, name):
     )
 
 
+@pytest.mark.parametrize("serial", ["SN 7", "a,b", "=1", "x;y", "a: b", "7", "#3"])
 @pytest.mark.parametrize("name", FORMATS)
-def test_serial_and_correction_are_known_to_the_next_reader(tmp_path, name):
+def test_serial_and_correction_are_known_to_the_next_reader(tmp_path, name, serial):
     chunk = made_up(300)
     plain = open_recording(write(tmp_path / f"plain.{name}", chunk)).metadata
     marked = open_recording(
-        write(tmp_path / f"marked.{name}", chunk, serial="SN 7", corrected="sha256:ab")
+        write(tmp_path / f"marked.{name}", chunk, serial=serial, corrected="sha256:ab")
     ).metadata
     assert (plain.serial, plain.already_corrected) == ("", None)
-    assert (marked.serial, marked.already_corrected) == ("SN 7", True)
+    assert (marked.serial, marked.already_corrected) == (serial, True)
+    assert marked.reading["correction"] == "sha256:ab"
 
 
 def test_an_mcap_keeps_the_frame(tmp_path):

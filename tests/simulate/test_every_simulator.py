@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,15 @@ from tumble.tools.simulate import (
     Step,
     simulate_turntable,
 )
+from tumble.tools.simulate.flight.scenario import FlightScenario, Vibration
+from tumble.tools.simulate.live.scenario import LiveScenario
 from tumble.tools.simulate.magnetometer.procedure import MagneticScenario
+from tumble.tools.simulate.plateaus.scenario import PlateausScenario
+from tumble.tools.simulate.scenario import BOUNDS
+from tumble.tools.simulate.spin.scenario import SpinScenario
+from tumble.tools.simulate.static.scenario import StaticScenario
+from tumble.tools.simulate.thermal.scenario import ThermalScenario
+from tumble.tools.simulate.turntable.scenario import TurntableScenario
 from turntable_sessions import one_line, typed
 
 SUPPORT = str(Path(__file__).parents[1] / "support")
@@ -40,8 +49,8 @@ QUICK = {
 """Options with which each simulator takes no time."""
 MISTAKES = (
     ("turntable", ("--grades", "toy"), "unknown grade 'toy'"),
-    ("turntable", ("--rate", "0"), "sample rate, Hz, has to be positive"),
-    ("turntable", ("--seed", "-3"), "the seed is -3"),
+    ("turntable", ("--rate", "0"), "rate_hz is 0; give 1 to 10000"),
+    ("turntable", ("--seed", "-3"), "seed is -3"),
     ("turntable", ("--visits", "Q up"), "unknown pose 'Q up'"),
     ("turntable", ("--fault", "target_1:broken"), "unknown fault 'broken'"),
     ("turntable", ("--fault", "target_1:gap:start=soon"), "start needs a number, found 'soon'"),
@@ -104,32 +113,32 @@ NONSENSE = (
         "unknown unit 'target_9'; known are reference, target_1",
     ),
     (simulate_turntable, {"rate_hz": {"target": 100.0}}, "unknown unit 'target'"),
-    (simulate_turntable, {"seed": -1}, "the seed is -1"),
+    (simulate_turntable, {"seed": -1}, "seed is -1"),
     (simulate_turntable, {"rest_seconds": 0.0}, "time at rest, s, has to be positive, found 0"),
-    (simulate_turntable, {"rate_hz": -1.0}, "sample rate, Hz, has to be positive, found -1"),
+    (simulate_turntable, {"rate_hz": -1.0}, "rate_hz is -1; give 1 to 10000"),
     (simulate_turntable, {"rate_hz": float("nan")}, "rate_hz is nan; give finite numbers"),
     (
         simulate_turntable,
         {"rate_hz": {"target_1": float("inf")}},
-        "targets[0].rate is inf, which is no finite number",
+        "rate_hz is inf; give 1 to 10000",
     ),
-    (simulate_turntable, {"rate_hz": "fast"}, 'reference.rate: invalid type: string "fast", expected f64'),
+    (simulate_turntable, {"rate_hz": "fast"}, "rate_hz is 'fast'; give a number"),
     (
         simulate_turntable,
         {"turn_profile": "square"},
         "table.profile: unknown variant `square`, expected `smooth` or `trapezoid`",
     ),
-    (simulate_turntable, {"seed": 1.5}, "conditions.seed: invalid type: floating point `1.5`, expected u64"),
+    (simulate_turntable, {"seed": 1.5}, "seed is 1.5; give a whole number"),
     (simulate_turntable, {"lever_arm_m": {"reference": (0.1, 0.2)}}, "reference.lever_arm: invalid length 2"),
     (simulate_turntable, {"rest_seconds": 1000000000.0}, "samples a unit do not fit into memory"),
     (simulate_turntable, {"visits": ()}, "there is no pose to turn to"),
-    (simulate_turntable, {"table_error_deg": -1.0}, "error of the table, rad, must not be negative"),
+    (simulate_turntable, {"table_error_deg": -1.0}, "table_error_deg is -1; give 0 to 180"),
     (
         simulate_turntable,
         {"faults": {"target_1": Fault("scale", size=-1.0)}},
         "factor of a scale fault has to be positive",
     ),
-    (simulate_flight, {"seed": -1}, "the seed is -1"),
+    (simulate_flight, {"seed": -1}, "seed is -1"),
     (simulate_flight, {"motion": "boat"}, "unknown motion 'boat'; known are quadrotor, vehicle"),
     (simulate_flight, {"units": ()}, "there is no unit"),
     (
@@ -218,6 +227,56 @@ NONSENSE = (
     (MagneticScenario, {"disturbed": 19}, "rest 19 is none of 1 to 18"),
 )
 """Simulator, changes of its scenario, and the mistake in them."""
+
+
+SCENARIOS = (
+    *(TurntableScenario, FlightScenario, SpinScenario, StaticScenario, ThermalScenario),
+    *(PlateausScenario, MagneticScenario, LiveScenario, FlightUnit, Vibration),
+)
+PARTS = {
+    FlightUnit: lambda part: FlightScenario(units=(part,)),
+    Vibration: lambda part: FlightScenario(vibration=part),
+}
+"""Scenarios that hold a part, which is checked within them."""
+NUMERIC = re.compile(r"\b(int|float|Triple|Powers|Terms)\b")
+
+
+def numbers_of(scenario):
+    """Names of the fields that hold numbers."""
+    found = [each for each in fields(scenario) if NUMERIC.search(each.type)]
+    return [each.name for each in found]
+
+
+def test_each_number_of_a_scenario_has_bounds():
+    lacking = {f"{each.__name__}.{name}" for each in SCENARIOS for name in numbers_of(each)} - {
+        f"{each.__name__}.{name}" for each in SCENARIOS for name in BOUNDS
+    }
+    assert lacking == set()
+
+
+CASES = [(each, name) for each in SCENARIOS for name in numbers_of(each)]
+
+
+@pytest.mark.parametrize(("scenario", "name"), CASES, ids=[f"{each.__name__}-{name}" for each, name in CASES])
+def test_a_number_beyond_its_bounds_is_refused_in_one_line(scenario, name):
+    least, largest = BOUNDS[name]
+    usual = CALM if scenario is Vibration else scenario()
+    for value in (least - 1.0 - abs(least), 2.0 * largest + 1.0, float("nan"), float("inf"), "x"):
+        nested = {"Mapping": {"reference": value}, "Terms": {"white noise": value}}
+        kind = next(each.type for each in fields(scenario) if each.name == name)
+        given = next((nested[word] for word in nested if word in kind), value)
+        if re.search("Triple|tuple|Sequence|Powers", kind) and "Mapping" not in kind:
+            given = {"gaps": ((0.0, value),), "band_hz": (value, value)}.get(name, (value, value, value))
+        with pytest.raises(ScenarioError) as caught:
+            PARTS.get(scenario, lambda part: part)(replace(usual, **{name: given}))
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("word", QUICK)
+def test_every_simulator_refuses_a_seed_below_zero(word, tmp_path):
+    done = typed("simulate", word, *QUICK[word], "--seed", "-1", "-o", tmp_path / "out")
+    assert done.code == 2
+    assert "seed is -1; give 0 to" in one_line(done.err)
 
 
 def simulate(word, folder, *more):

@@ -24,9 +24,9 @@ def calibration_of(
     `reading` is how that was read, where it is known. Raises `CalibrationFileError` where the calibration
     cannot be read, `ProcedureError` where it is of another unit, or of a log that was read otherwise.
     """
-    found = Calibration.load(given) if isinstance(given, str | Path) else given
-    if found is None:
+    if given is None:
         return None
+    found = given if isinstance(given, Calibration) else Calibration.load(given)
     if are_of_two(found.serial, serial):
         raise ProcedureError(
             f"{option}: is of unit {found.serial}, the log of unit {serial}; give one of the same unit",

@@ -8,7 +8,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeAlias, TypeGuard, TypeVar, cast
 
@@ -32,6 +31,7 @@ from tumble.foundation.bounded_yaml import parse, problem_in_words, state_number
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.field_docstrings import field_docstrings
 from tumble.foundation.file_reading import read_text_whole
+from tumble.foundation.file_status import path_of
 from tumble.foundation.files import FileKind, write_text
 from tumble.foundation.log_formats import has_log_ending
 from tumble.foundation.names import normal_name
@@ -171,10 +171,7 @@ def read_document(
 
     Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
     """
-    if not isinstance(path, str | PathLike):
-        kind = type(path).__name__
-        raise CalibrationFileError(f"{short(path)}: is no path but {kind}; give the path of a {schema.what}")
-    path = Path(path)
+    path = path_of(path, f"a {schema.what}", CalibrationFileError)
     remedy = f"see tumble schema {schema.name}"
     try:
         node, data = _read_mapping(path, schema.what, remedy, text)

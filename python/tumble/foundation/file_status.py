@@ -10,12 +10,25 @@ import errno
 import os
 import stat
 from glob import has_magic
+from os import PathLike, fspath
 from pathlib import Path
 
-from tumble.foundation.errors import PlaceError
+from tumble.foundation.errors import PlaceError, TumbleError
+from tumble.foundation.plain import short
 
 _SHOWN = 60
 """Characters shown of a path that is too long."""
+
+
+def path_of(given: object, what: str, error: type[TumbleError] = PlaceError) -> Path:
+    """Returns the path that a caller gives; raises `error`, in one line, where it is none."""
+    if not isinstance(given, str | PathLike):
+        kind = type(given).__name__
+        raise error(f"{short(given)}: is no path but {kind}; give the path of {what}")
+    text = fspath(given)
+    if not isinstance(text, str) or "\0" in text:
+        raise error(f"{short(text)}: is no path; give the path of {what}")
+    return Path(text)
 
 
 def exists(path: Path | str) -> bool:

@@ -25,8 +25,11 @@ def check_length(text: str) -> None:
 def normal_name(text: str) -> str:
     """Returns a name in its one form: composed, without unseen signs and without blanks at its ends.
 
-    Raises `ValueError` where it is longer than any name.
+    Raises `ValueError` where it is no text, or longer than any name.
     """
+    if not isinstance(text, str):
+        kind = type(text).__name__
+        raise ValueError(f"a name that is no text but {kind}")  # noqa: TRY004 - callers make a line of it
     check_length(text)
     if text.isascii():
         return text.strip()

@@ -150,7 +150,7 @@ class Metadata:
             for name in ("name", "serial"):
                 object.__setattr__(self, name, normal_name(getattr(self, name)))
         except ValueError as error:
-            raise LogError(f"{self.source[:LONGEST_NAME]}: states {error}; correct it") from error
+            raise LogError(f"{str(self.source)[:LONGEST_NAME]}: states {error}; correct it") from error
         for name in ("name", "frame", "serial", "axes"):
             object.__setattr__(self, name, plain(getattr(self, name)))
         object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
@@ -261,6 +261,7 @@ class Recording:
             )
         try:
             stamps = arrays.times(time)
+            _refuse_useless_times(stamps)
             chunk = Chunk(
                 stamps,
                 arrays.triad_or_unknown(accelerometer, "accelerometer", len(stamps)),
@@ -349,6 +350,13 @@ class Recording:
             f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in facts.items()
         )
         return printable(f"<table><caption><b>{escape(self.name)}</b></caption>{rows}</table>")
+
+
+def _refuse_useless_times(time: FloatArray) -> None:
+    if not len(time):
+        raise ArrayError("time: holds no sample; give one at least")
+    if infinite := int(np.isinf(time).sum()):
+        raise ArrayError(f"time: is infinite in {infinite} of {len(time)} samples; leave them out")
 
 
 class Table(Protocol):

@@ -202,7 +202,10 @@ def _is_number(text: str, decimal_point: str = ".") -> bool:
 
 
 def _key_value(text: str) -> dict[str, str]:
-    match = re.fullmatch(r"\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*", text)
+    # What a colon and a blank introduce is one value, as Tumble writes it; other signs part cells of a table.
+    match = re.fullmatch(r"\s*([^,;:=\t]+?)\s*:\s+(\S.*?)\s*[,;]*", text) or re.fullmatch(
+        r"\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*", text
+    )
     return {match[1].lower(): match[2]} if match else {}
 
 

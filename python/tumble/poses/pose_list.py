@@ -37,9 +37,13 @@ A pose may name its `file` within the folder of each IMU; then every pose does.
 Schema: tumble schema {POSES.name}"""
 
 
+class PoseError(CalibrationFileError, ValueError):
+    """A pose without a name or a direction; models of files take it for a value that does not fit."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """One attitude of the table. Raises `ValueError` where `up` has no direction."""
+    """One attitude of the table. Raises `PoseError` where `up` has no direction."""
 
     name: str
     up: FloatArray
@@ -48,18 +52,21 @@ class Pose:
     """Name of this pose's recording within the folder of each IMU, where there is one file a pose."""
 
     def __post_init__(self) -> None:
-        up = np.array(self.up, dtype=np.float64)
-        if not self.name.strip():
-            raise ValueError("a pose needs a name")
+        if not isinstance(self.name, str) or not self.name.strip():
+            raise PoseError("a pose needs a name")
+        try:
+            up = np.array(self.up, dtype=np.float64)
+        except (TypeError, ValueError):
+            up = np.empty(0)
         if up.shape != (3,) or not np.all(np.isfinite(up)):
-            raise ValueError(f"pose {self.name!r}: up needs three finite numbers")
+            raise PoseError(f"pose {self.name!r}: up needs three finite numbers")
         length = float(np.linalg.norm(up))
         if length == 0.0:
-            raise ValueError(
+            raise PoseError(
                 f"pose {self.name!r}: up is zero, which is no direction; give one such as [0, 0, 1]"
             )
         if self.file is not None and not _stays_inside(self.file):
-            raise ValueError(
+            raise PoseError(
                 f"pose {self.name!r}: file {self.file!r} has to lie within the folder of each IMU"
             )
         up /= length

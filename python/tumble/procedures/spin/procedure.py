@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.start import applied_first
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
+from tumble.foundation.plain import short
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Rest
 from tumble.foundation.sample_rates import on_slow_rate
@@ -266,6 +268,7 @@ def _logged(unit: Imu) -> Interval:
 def _windows(at: Sequence[tuple[float, float]], logged: Interval, unit: Imu) -> list[Interval]:
     """Returns the times to search for spins; raises `ProcedureError` where they do not fit the recording."""
     time = unit.log.time
+    _refuse_no_intervals(at)
     windows = [Interval(start + time.zero, end + time.zero) for start, end in sorted(at)]
     for (start, end), window, following in zip(sorted(at), windows, [*windows[1:], None], strict=False):
         said = f"{unit.name}: spin from {start:g} to {end:g} s"
@@ -282,6 +285,16 @@ def _windows(at: Sequence[tuple[float, float]], logged: Interval, unit: Imu) -> 
                 "that do not overlap"
             )
     return windows or [Interval(-math.inf, math.inf)]
+
+
+def _refuse_no_intervals(at: object) -> None:
+    """Raises `ProcedureError`, in one line, where times are no list of pairs of numbers."""
+    for each in at if isinstance(at, Sequence) and not isinstance(at, str) else [at]:
+        pair = each if isinstance(each, Sequence) and not isinstance(each, str) else ()
+        if len(pair) != 2 or not all(isinstance(time, Real) for time in pair):
+            raise ProcedureError(
+                f"at {short(each)}: is no interval; give pairs of times such as (10.0, 25.0)"
+            )
 
 
 def _ends(number: int, unread: UnreadSegment, following: tuple[int, UnreadSegment] | None) -> bool:

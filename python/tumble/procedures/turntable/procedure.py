@@ -129,8 +129,8 @@ def open_session(
     Raises `TumbleError` where the reference is unfit.
     """
     _refuse_unknown(truth=(truth, TruthSource), clock=(clock, Clocks))
-    pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
-    limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
+    pose_list = poses if poses is None or isinstance(poses, PoseList) else PoseList.load(poses)
+    limit_list = limits if limits is None or isinstance(limits, Limits) else Limits.load(limits)
     applied = calibration_of(reference_calibration)
     refuse_unknown_grade("reference", reference_grade)
     refuse_unknown_grade("target", target_grade)

@@ -10,6 +10,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.file_status import path_of
 from tumble.foundation.log_reading import (
     CORRECTION,
     EARLIER,
@@ -62,8 +63,8 @@ def apply(
     Raises `ProcedureError` for either of these, `LogError` where the recording cannot be read to its end,
     `OutputError` where `output` cannot be written; what was there before is then untouched.
     """
-    output = Path(output)
-    calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    output = path_of(output, "the log to write")
+    calibration = calibration if isinstance(calibration, Calibration) else Calibration.load(calibration)
     recording = open_recording(recording, read)
     metadata = recording.metadata
     track = corrected_magnetometer(calibration, recording)

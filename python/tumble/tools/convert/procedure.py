@@ -12,6 +12,7 @@ import numpy as np
 
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.file_status import path_of
 from tumble.foundation.log_reading import CORRECTION
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording, SampleProgress
@@ -107,7 +108,7 @@ def convert(
     Raises `LogError` where the log cannot be read to its end or holds no such IMU, `OutputError` where
     `output` cannot be written; what was there before is then untouched.
     """
-    output = Path(output)
+    output, log = path_of(output, "the file to write"), str(path_of(log, "a log"))
     target = _target(output, to)
     names = _names(log, imus, read)
     recordings = {name: _open(log, name, read) for name in names}

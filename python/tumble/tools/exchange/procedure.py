@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError, LogError, ProcedureError
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import is_special
+from tumble.foundation.file_status import is_special, path_of
 from tumble.foundation.plain import short
 from tumble.foundation.provenance import date_now, sha256_of
 from tumble.foundation.words import join
@@ -39,7 +39,11 @@ def export(
     Raises `ProcedureError`, in one line, where there is no such format, it needs a setting, or a value is
     beyond what it takes.
     """
-    units = [calibrations] if isinstance(calibrations, Calibration) else list(calibrations)
+    given = calibrations if isinstance(calibrations, Sequence) else [calibrations]
+    for each in given:
+        if not isinstance(each, Calibration):
+            raise ProcedureError(f"{short(each)}: is no Calibration; read its file with Calibration.load")
+    units = list(given)
     return target(to).export(units, settings or {})
 
 
@@ -50,7 +54,7 @@ def import_calibrations(path: Path | str, source: str | None = None) -> list[Cal
 
     Raises `CalibrationFileError` or `ProcedureError`, in one line with the file, where none can be read.
     """
-    path = Path(path)
+    path = path_of(path, "a calibration")
     if is_special(path):
         raise LogError(f"{path}: is a device or a pipe, not a calibration; give a file")
     logged = firmware_parameters(path)

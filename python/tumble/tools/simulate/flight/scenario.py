@@ -16,6 +16,9 @@ from tumble.tools.simulate.scenario import (
     ScenarioError,
     Triple,
     is_finite,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
 )
 
 FlightMotion: TypeAlias = Literal["quadrotor", "vehicle"]
@@ -163,8 +166,17 @@ class FlightScenario:
     """Time constant of that rise."""
 
     def __post_init__(self) -> None:
+        refuse_no_numbers(**stated_by(self))
+        parts: list[FlightUnit | Vibration] = [*self.units]
+        if self.vibration is not None:
+            parts.append(self.vibration)
+        for part in parts:
+            refuse_no_numbers(**stated_by(part))
         for objection in self._objections():
             raise ScenarioError(objection)
+        refuse_beyond_bounds(**stated_by(self))
+        for part in parts:
+            refuse_beyond_bounds(**stated_by(part))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -177,8 +189,6 @@ class FlightScenario:
         return VIBRATIONS[self.motion] if self.vibration is None else self.vibration
 
     def _objections(self) -> Iterator[str]:
-        if not 0 <= self.seed < 2**64:
-            yield f"the seed is {self.seed}; give one between 0 and 2^64 - 1"
         if self.motion not in get_args(FlightMotion):
             yield f"unknown motion {self.motion!r}; known are {', '.join(get_args(FlightMotion))}"
         if not self.units:

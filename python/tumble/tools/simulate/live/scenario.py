@@ -10,7 +10,16 @@ from typing import Literal, TypeAlias, get_args
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.tools.simulate.grade import Grade, grade_names
 from tumble.tools.simulate.live.fault import LiveFault
-from tumble.tools.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, Triple, is_finite
+from tumble.tools.simulate.scenario import (
+    FASTEST_RATE_HZ,
+    SLOWEST_RATE_HZ,
+    ScenarioError,
+    Triple,
+    is_finite,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
+)
 
 Motion: TypeAlias = Literal["table", "six-faces", "hand", "spin", "flight"]
 TransportName: TypeAlias = Literal["udp", "pty", "tcp", "mavlink"]
@@ -75,15 +84,15 @@ class LiveScenario:
     """m/s^2."""
 
     def __post_init__(self) -> None:
+        refuse_no_numbers(**stated_by(self))
         for objection in self._objections():
             raise ScenarioError(objection)
+        refuse_beyond_bounds(**stated_by(self))
 
     def _objections(self) -> Iterator[str]:
         for each in fields(self):
             if not is_finite(getattr(self, each.name)):
                 yield f"{each.name} is {getattr(self, each.name)}; give finite numbers"
-        if not 0 <= self.seed < 2**64:
-            yield f"the seed is {self.seed}; give one between 0 and 2^64 - 1"
         if self.motion not in get_args(Motion):
             yield f"unknown motion {self.motion!r}; known are {', '.join(get_args(Motion))}"
         if self.transport not in get_args(TransportName):

@@ -11,7 +11,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.poses.by_hand import why_not_so_many
-from tumble.tools.simulate.scenario import ScenarioError
+from tumble.tools.simulate.scenario import ScenarioError, refuse_beyond_bounds, refuse_no_numbers, stated_by
 
 TURN_SECONDS = 1.5
 """s that a hand takes from one orientation to the next."""
@@ -23,16 +23,6 @@ MAGNET = np.array([6.0, -4.0, 5.0])
 """uT of a magnet that is near at a disturbed rest."""
 LOADS = (0.0, 5.0, 10.0)
 """A of the motors at successive rests."""
-_BOUNDS = {
-    "seed": (0, 2**64 - 1),
-    "still": (0.0, 3600.0),
-    "rate": (1.0, 10_000.0),
-    "strength": (1.0, 1000.0),
-    "dip": (-90.0, 90.0),
-    "noise": (0.0, 1000.0),
-    "step": (0.0, 1000.0),
-}
-"""Least and largest number of each field of a scenario, in its unit."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +49,8 @@ class MagneticScenario:
     """uT of one count; 0 for readings without steps."""
 
     def __post_init__(self) -> None:
-        for name, (least, largest) in _BOUNDS.items():
-            if not least <= getattr(self, name) <= largest:
-                number = f"{name} is {getattr(self, name):g}"
-                raise ScenarioError(f"{number}; give {least:g} to {largest:g}")
+        refuse_no_numbers(**stated_by(self))
+        refuse_beyond_bounds(**stated_by(self))
         if wrong := why_not_so_many(self.orientations):
             raise ScenarioError(wrong)
         if not 0 <= self.disturbed <= self.orientations:

@@ -11,7 +11,7 @@ import numpy as np
 from tumble.foundation.recording import FloatArray, Recording
 from tumble.poses.by_hand import why_not_so_many
 from tumble.poses.pose_list import SIX_FACES, Pose, PoseList
-from tumble.tools.simulate.scenario import ScenarioError
+from tumble.tools.simulate.scenario import ScenarioError, refuse_no_numbers
 from tumble.tools.simulate.turntable.procedure import SimulatedTurntable, simulate_turntable
 from tumble.tools.simulate.unit import SimulatedUnit
 
@@ -99,6 +99,7 @@ def simulate_multipose(
     `changes` are further fields of `TurntableScenario`. Raises `ScenarioError`, in one line, where a figure
     makes no sense.
     """
+    refuse_no_numbers(seed=seed, orientations=orientations)
     if faces:
         laid = {**HAND, **FACES, **changes}
         session = simulate_turntable(

@@ -9,7 +9,13 @@ import numpy as np
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.tools.simulate.grade import Grade, grade_names
-from tumble.tools.simulate.scenario import ScenarioError, is_finite
+from tumble.tools.simulate.scenario import (
+    ScenarioError,
+    is_finite,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
+)
 
 MOST_POWERS = 3
 """Powers of temperature that a calibration keeps."""
@@ -52,8 +58,7 @@ class PlateausScenario:
     """Indicates whether the bias wanders within and between sessions."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed < 2**64:
-            raise ScenarioError(f"the seed is {self.seed}; give one between 0 and 2^64 - 1")
+        refuse_no_numbers(**stated_by(self))
         if not self.temperatures or not all(map(is_finite, self.temperatures)):
             raise ScenarioError("give the temperature of each session in degC, such as -20,10,40,70")
         for name in (*CALIBRATED_TRIADS, *(f"{triad}_scale" for triad in CALIBRATED_TRIADS)):
@@ -62,6 +67,7 @@ class PlateausScenario:
                 raise ScenarioError(f"{name} needs {MOST_POWERS} finite powers of temperature at most")
         if isinstance(self.grade, str) and self.grade not in grade_names():
             raise ScenarioError(f"unknown grade {self.grade!r}; known are {', '.join(grade_names())}")
+        refuse_beyond_bounds(**stated_by(self))
 
     @property
     def reference(self) -> float:

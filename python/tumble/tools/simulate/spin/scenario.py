@@ -18,6 +18,9 @@ from tumble.tools.simulate.scenario import (
     ScenarioError,
     Triple,
     is_finite,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
 )
 
 StepKind: TypeAlias = Literal["rest", "turn", "drive"]
@@ -161,12 +164,12 @@ class SpinScenario:
     temperature_celsius: float = 25.0
 
     def __post_init__(self) -> None:
+        refuse_no_numbers(**stated_by(self))
         for objection in self._objections():
             raise ScenarioError(objection)
+        refuse_beyond_bounds(**stated_by(self))
 
     def _objections(self) -> Iterator[str]:
-        if not 0 <= self.seed < 2**64:
-            yield f"the seed is {self.seed}; give one between 0 and 2^64 - 1"
         if isinstance(self.grade, str) and self.grade not in grade_names():
             yield f"unknown grade {self.grade!r}; known are {', '.join(grade_names())}"
         if not self.plan:

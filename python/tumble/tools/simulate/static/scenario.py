@@ -11,7 +11,13 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.noise_terms import BIAS_INSTABILITY, TERM_UNITS, WHITE
 from tumble.foundation.units import Triad
 from tumble.tools.simulate.grade import Grade
-from tumble.tools.simulate.scenario import RecordScenario, ScenarioError
+from tumble.tools.simulate.scenario import (
+    RecordScenario,
+    ScenarioError,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
+)
 
 Terms = Mapping[str, float]
 """Coefficients by the word of their term, units as `tumble noise` states them; those left out are zero."""
@@ -38,11 +44,13 @@ class StaticScenario(RecordScenario):
     gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
+        refuse_no_numbers(**stated_by(self))
         self._check_record()
         self._check_terms()
         for start, end in self.gaps:
             if not start < end:
                 raise ScenarioError(f"gap from {start:g} to {end:g} s ends before it begins; give START:END")
+        refuse_beyond_bounds(**stated_by(self))
 
     def coefficients(self, triad: Triad) -> dict[str, float]:
         """Returns all terms of a triad, by their words."""

@@ -10,7 +10,13 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import Triad
 from tumble.tools.simulate.grade import Grade
-from tumble.tools.simulate.scenario import RecordScenario, ScenarioError
+from tumble.tools.simulate.scenario import (
+    RecordScenario,
+    ScenarioError,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
+)
 
 MOST_POSES = 60
 HIGHEST_ORDER = 3
@@ -59,6 +65,7 @@ class ThermalScenario(RecordScenario):
     gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
+        refuse_no_numbers(**stated_by(self))
         self._check_record()
         if not self.low <= self.high:
             raise ScenarioError(f"low {self.low:g} degC lies above high {self.high:g}; exchange them")
@@ -69,6 +76,7 @@ class ThermalScenario(RecordScenario):
         for name in ("accelerometer", "gyroscope", "scale"):
             if len(getattr(self, name) or ()) > HIGHEST_ORDER:
                 raise ScenarioError(f"{name} has more than {HIGHEST_ORDER} powers; leave out the highest")
+        refuse_beyond_bounds(**stated_by(self))
 
     @property
     def reference(self) -> float:

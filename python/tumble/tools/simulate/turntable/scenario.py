@@ -10,7 +10,14 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.poses.pose_list import SIX_FACES, PoseList
 from tumble.tools.simulate.fault import Fault
 from tumble.tools.simulate.grade import Grade, grade_names
-from tumble.tools.simulate.scenario import ScenarioError, Triple, is_finite
+from tumble.tools.simulate.scenario import (
+    ScenarioError,
+    Triple,
+    is_finite,
+    refuse_beyond_bounds,
+    refuse_no_numbers,
+    stated_by,
+)
 
 USUAL_RATE = 200.0
 """Hz, of a unit that a mapping leaves out."""
@@ -111,8 +118,7 @@ class TurntableScenario:
     """Time constant of that rise."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.seed < 2**64:
-            raise ScenarioError(f"the seed is {self.seed}; give one between 0 and 2^64 - 1")
+        refuse_no_numbers(**stated_by(self))
         for each in fields(self):
             if not is_finite(getattr(self, each.name)):
                 raise ScenarioError(f"{each.name} is {getattr(self, each.name)}; give finite numbers")
@@ -125,6 +131,7 @@ class TurntableScenario:
         by_name = (self.rate_hz, self.target_mounting_deg, self.lever_arm_m, self.faults)
         names = [name for value in by_name if isinstance(value, Mapping) for name in value]
         _known("unit", names, self.unit_names)
+        refuse_beyond_bounds(**stated_by(self))
 
     @property
     def target_names(self) -> tuple[str, ...]:
