@@ -1,4 +1,4 @@
-"""Readings that are the same to the bit count once: a log and its copy, a pose given twice, a log in itself."""
+"""Readings that are the same to the bit count once: a log and its copy, a pose given twice."""
 
 from __future__ import annotations
 

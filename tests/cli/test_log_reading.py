@@ -39,9 +39,9 @@ def log(tmp_path):
     return write_log(tmp_path / "log.csv", "SN-1")
 
 
-def calibration(path, **reading):
+def calibration(path, bias=0.1, **reading):
     """Saves a calibration whose log was read so."""
-    made_up("SN-1").model_copy(update={"reading": Reading(**reading)}).save(path)
+    made_up("SN-1", bias=(bias, 0.0, 0.0)).model_copy(update={"reading": Reading(**reading)}).save(path)
     return path
 
 
@@ -128,7 +128,8 @@ def test_a_file_for_others_names_the_correction_it_is_on_top_of(tmp_path):
 
 def test_plateaus_are_of_logs_that_were_read_alike(tmp_path):
     paths = [
-        calibration(tmp_path / f"{k}.yaml", axes=axes) for k, axes in enumerate(("x,y,z", "x,y,z", AXES))
+        calibration(tmp_path / f"{k}.yaml", float(k), axes=axes)
+        for k, axes in enumerate(("x,y,z", "x,y,z", AXES))
     ]
     done = typed("plateaus", *paths, "-o", tmp_path / "out")
     assert done.code == 2

@@ -20,7 +20,8 @@ def wrapped(name="x", time=TIME, **more):
 
 
 MISTAKES = {
-    "no sample": lambda log: wrapped(time=[]),
+    "no sample at rest": lambda log: tumble.noise(wrapped(time=[])),
+    "no sample of a spin": lambda log: tumble.spin(wrapped(time=[])),
     "an infinite time": lambda log: wrapped(time=[0.0, 1.0, np.inf]),
     "a name that is none": lambda log: wrapped(name=None),
     "a serial number that is none": lambda log: wrapped(serial=None),

@@ -100,7 +100,15 @@ def acquire(
     facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
-    return Imu(recording, acquired, notices, facts, heads.gyroscope_digest(), heads.twice(), next(iter(digests.values())))
+    return Imu(
+        recording,
+        acquired,
+        notices,
+        facts,
+        heads.gyroscope_digest(),
+        heads.twice(),
+        next(iter(digests.values())),
+    )
 
 
 def _say_what_was_read(

@@ -272,7 +272,8 @@ class Recording:
             raise ArrayError(error.why, about=name) from None
         metadata = Metadata.of_arrays(name, serial=serial, clock=clock, triads=triads)
         read_magnetic = None if magnetic is None else lambda: magnetic
-        return cls(metadata, lambda: iter((chunk,)), read_magnetic=read_magnetic)
+        chunks = (chunk,) if len(chunk) else ()
+        return cls(metadata, lambda: iter(chunks), read_magnetic=read_magnetic)
 
     @classmethod
     def from_magnetic(cls, name: str, magnetic: MagneticTrack, *, serial: str = "") -> Recording:
@@ -353,8 +354,6 @@ class Recording:
 
 
 def _refuse_useless_times(time: FloatArray) -> None:
-    if not len(time):
-        raise ArrayError("time: holds no sample; give one at least")
     if infinite := int(np.isinf(time).sum()):
         raise ArrayError(f"time: is infinite in {infinite} of {len(time)} samples; leave them out")
 

@@ -202,7 +202,7 @@ def _is_number(text: str, decimal_point: str = ".") -> bool:
 
 
 def _key_value(text: str) -> dict[str, str]:
-    # What a colon and a blank introduce is one value, as Tumble writes it; other signs part cells of a table.
+    # A colon and a blank introduce one value, as Tumble writes it; other signs part cells of a table.
     match = re.fullmatch(r"\s*([^,;:=\t]+?)\s*:\s+(\S.*?)\s*[,;]*", text) or re.fullmatch(
         r"\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*", text
     )
