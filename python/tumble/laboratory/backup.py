@@ -44,7 +44,7 @@ def backup(registry: Registry, folder: Path) -> Verification:
         _copy_all(registry, unfinished, documents_beside(path))
         move_to(unfinished, path)
     finally:
-        remove_made(unfinished, kind=_KIND)
+        remove_made(unfinished)
     found = verify(Registry(path))
     if not found.intact:
         raise RegistryError(
