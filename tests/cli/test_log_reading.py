@@ -31,7 +31,7 @@ SIMULATED = {
 }
 """Simulator, its options, and the logs of each procedure that makes a calibration of a log."""
 OTHERS = {"align", "redundancy"}
-"""Procedures that make none, or one of two logs, which tests/redundancy holds to the same."""
+"""Procedures that make none, or one of two logs."""
 
 
 @pytest.fixture

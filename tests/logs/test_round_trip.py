@@ -111,7 +111,8 @@ def test_an_mcap_refuses_times_its_stamps_cannot_hold(tmp_path):
 
 def test_a_failed_write_leaves_what_was_there(tmp_path):
     path = tmp_path / "log.csv"
-    path.write_text("time,ax,ay,az,gx,gy,gz\n")
+    write(path, made_up(5))
+    before = path.read_text()
 
     def write_and_fail():
         with open_writer(path, facts=Facts()) as writer:
@@ -120,7 +121,7 @@ def test_a_failed_write_leaves_what_was_there(tmp_path):
 
     with pytest.raises(RuntimeError):
         write_and_fail()
-    assert path.read_text() == "time,ax,ay,az,gx,gy,gz\n"
+    assert path.read_text() == before
     assert list(tmp_path.iterdir()) == [path]
 
 
