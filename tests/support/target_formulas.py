@@ -116,8 +116,8 @@ def of_openvins(path, force, rate):
 
 
 def in_sequence(path):
-    """Numbers in the order of operator >>: nine, nine and three."""
-    numbers = np.array(path.read_text().split(), dtype=np.float64)
+    """Numbers in the order of operator >>: nine, nine and three, and no word after them (calibration.h)."""
+    numbers = np.array(path.read_text().split()[:21], dtype=np.float64)
     assert len(numbers) == 21
     return {
         "misalignment": numbers[:9].reshape(3, 3),

@@ -52,7 +52,7 @@ def _write(calibrations: Sequence[Calibration], triad: Triad) -> Written:
     parts = (matrix / scale, np.diag(scale), section.b[:, np.newaxis])
     text = "\n\n".join("\n".join(" ".join(repr(float(v)) for v in row) for row in part) for part in parts)
     lost = [loss for loss in frame_losses(calibration, case_from_frame.T) if loss.triad == triad]
-    # imu_tk reads no further than the numbers.
+    # imu_tk reads 21 numbers and no further (CalibratedTriad_::load).
     return Written(f"{text}\n{HEAD_OF_OURS}\n", tuple(lost))
 
 
