@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
+import tumble
 from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.schemas import EVENTS, PRINTED
 from turntable_sessions import typed
@@ -37,8 +38,8 @@ PRINTS = {
         for row in PROCEDURES
     },
     "compare-result": "compare {0}/multipose/multipose.yaml {0}/turntable/target_1.yaml -o {0}/out",
-    "plateaus-result": "plateaus {0}/multipose/multipose.yaml {0}/multipose/multipose.yaml "
-    "{0}/multipose/multipose.yaml --temperature 0 --temperature 20 --temperature 40 -o {0}/out",
+    "plateaus-result": "plateaus {0}/multipose/multipose.yaml {0}/warmer.yaml {0}/warmest.yaml "
+    "--temperature 0 --temperature 20 --temperature 40 -o {0}/out",
     "export": "export {0}/turntable/target_1.yaml --format imucal -o {0}/target_1.json",
     "export-all": "export {0}/turntable/target_1.yaml --all --set rate=100 -o {0}/exported",
     "import": "import {0}/target_1.json -o {0}/imported",
@@ -82,8 +83,18 @@ def printed(simulated):
     job = {"procedure": "spin", "inputs": f"{folder}/spin/spin.csv", "results": f"{folder}/fleet"}
     (folder / "job.yaml").write_text(json.dumps(job))
     for name, command in PRINTS.items():
+        if name == "plateaus-result":
+            _warm(folder)
         found[name] = typed(*shlex.split(command.format(folder)), "--json")
     return found
+
+
+def _warm(folder):
+    """Writes calibrations of the same unit at two more temperatures."""
+    cold = tumble.Calibration.load(folder / "multipose/multipose.yaml")
+    for name, bias in (("warmer", 1e-3), ("warmest", 2e-3)):
+        shifted = cold.accelerometer.model_copy(update={"b": cold.accelerometer.b + bias})
+        cold.model_copy(update={"accelerometer": shifted}).save(folder / f"{name}.yaml")
 
 
 @pytest.mark.parametrize("name", [*PRINTS, *(f"simulation of {kind}" for kind in MADE)])

@@ -32,17 +32,21 @@ def log(said, tmp_path_factory):
     return write_table(tmp_path_factory.mktemp("log") / "flight.csv", said)
 
 
+EARLIER = '{"time": 1.0, "unit": "imu1", "event": "healthy", "figures": {}}\n'
+"""Events of an earlier run."""
+
+
 @pytest.fixture
 def out(tmp_path):
     """A folder in which something stands, to be as it was after a refusal."""
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "imu2.redundancy.yaml").write_text("of an earlier run")
-    (folder / "events.jsonl").write_text('{"time": 1.0}')
+    (folder / "events.jsonl").write_text(EARLIER)
     yield folder
     assert contents(folder) == {
         "imu2.redundancy.yaml": b"of an earlier run",
-        "events.jsonl": b'{"time": 1.0}',
+        "events.jsonl": EARLIER.encode(),
     }
 
 

@@ -74,5 +74,7 @@ def save(folder: Path, *calibrations: Calibration) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     for number, each in enumerate(calibrations):
         each.save(folder / f"result_{number}.yaml")
-        (folder / f"result_{number}.html").write_text(f"<!doctype html><p>{each.serial} {number}</p>")
+        (folder / f"result_{number}.html").write_text(
+            f'<!doctype html><meta name="generator" content="Tumble"><p>{each.serial} {number}</p>'
+        )
     return folder

@@ -159,7 +159,9 @@ def test_pose_missing_in_a_target_is_left_out_and_reported(session, folders):
 
 def test_a_file_of_no_listed_pose_serves_the_targets(session, folders):
     for unit in ("reference", "target_1"):
-        (folders / unit / "again.csv").write_bytes((folders / unit / "z_up.csv").read_bytes())
+        names, *rows = (folders / unit / "z_up.csv").read_text().splitlines(keepends=True)
+        # A file that is the same to the bit would be a copy.
+        (folders / unit / "again.csv").write_text("".join([names, *rows[10:]]))
     result = run(folders)
     assert any("file again matches no pose" in warning for warning in result.warnings)
     assert len(result["target_1"].accelerometer.residuals) == 7

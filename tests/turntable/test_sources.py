@@ -151,7 +151,7 @@ def test_calibration_of_the_reference_removes_its_errors_from_targets(tmp_path):
     brought = tumble.Calibration.model_validate(
         {
             "name": "reference",
-            "serial": "REF-7",
+            "serial": "SIM-73-0",
             "accelerometer": {"unit": "m/s^2", "M": truth.accelerometer.M, "b": truth.accelerometer.b},
             "gyroscope": {"unit": "rad/s", "M": truth.gyroscope.M, "b": truth.gyroscope.b},
         }

@@ -41,11 +41,11 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import note_document
 from tumble.foundation.log_reading import AS_LOGGED, LogReading
 from tumble.foundation.magnetic import LoadUnit
-from tumble.foundation.plain import finite_or_none, short
+from tumble.foundation.plain import finite_or_none
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.schemas import CALIBRATION
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
-from tumble.foundation.words import join, printable
+from tumble.foundation.words import join, printable, short
 
 SCHEMA: Literal["tumble-calibration/3"] = "tumble-calibration/3"
 _WITHOUT_MAGNETOMETER = "tumble-calibration/2"

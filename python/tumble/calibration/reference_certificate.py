@@ -34,13 +34,12 @@ from tumble.foundation.error_decomposition import (
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.files import note_input
-from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, TriadName
 from tumble.foundation.schemas import REFERENCE_CERTIFICATE
 from tumble.foundation.serials import are_of_two
 from tumble.foundation.units import UNITS
-from tumble.foundation.words import quoted
+from tumble.foundation.words import quoted, short
 
 SCHEMA: Literal["tumble-reference-certificate/1"] = "tumble-reference-certificate/1"
 DAYS_A_YEAR: Final = 365.25

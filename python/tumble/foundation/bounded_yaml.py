@@ -19,7 +19,7 @@ import yaml
 from yaml.constructor import SafeConstructor
 from yaml.resolver import Resolver
 
-from tumble.foundation.plain import short
+from tumble.foundation.words import short
 
 DEEPEST = 64
 """Levels of nesting."""

@@ -35,10 +35,9 @@ from tumble.foundation.file_status import path_of
 from tumble.foundation.files import FileKind, write_text
 from tumble.foundation.log_formats import has_log_ending
 from tumble.foundation.names import normal_name
-from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import DocumentSchema, schema_stated
-from tumble.foundation.words import utf8
+from tumble.foundation.words import short, utf8
 
 try:
     from yaml import CSafeDumper as SafeDumper

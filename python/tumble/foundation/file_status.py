@@ -14,7 +14,7 @@ from os import PathLike, fspath
 from pathlib import Path
 
 from tumble.foundation.errors import PlaceError, TumbleError
-from tumble.foundation.plain import short
+from tumble.foundation.words import short
 
 _SHOWN = 60
 """Characters shown of a path that is too long."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -44,22 +43,3 @@ _LEAVES = frozenset({str, int, bool, type(None)})
 def finite_or_none(value: float) -> float | None:
     """Returns a number as Python's own; None for what is not finite."""
     return float(value) if math.isfinite(value) else None
-
-
-class _Short(reprlib.Repr):
-    """Looks at no more of a value than it shows."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.maxlevel, self.maxlist, self.maxdict, self.maxtuple, self.maxset = 4, 10, 6, 10, 10
-        self.maxstring = self.maxother = _SHORT
-
-
-_SHORT = 60
-_short = _Short()
-
-
-def short(value: object) -> str:
-    """Shows a value in a message: at most 60 characters of it, however large it is."""
-    text = _short.repr(value)
-    return text if len(text) <= _SHORT else f"{text[: _SHORT - 3]}..."

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, create_model
 
 from tumble import _core
 from tumble.foundation.documents import Document
-from tumble.foundation.plain import short
+from tumble.foundation.words import short
 
 LARGEST = 1e9
 """SI units: 31 years, or more than any sensor can read; the core keeps no more than so many microseconds."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import re
+import reprlib
 from collections.abc import Sequence
 from typing import Final, Literal, TypeAlias
 
@@ -94,3 +95,22 @@ def _escape(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 codecs.register_error(ESCAPED, _escape)
+
+
+class _Short(reprlib.Repr):
+    """Looks at no more of a value than it shows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxlist, self.maxdict, self.maxtuple, self.maxset = 4, 10, 6, 10, 10
+        self.maxstring = self.maxother = _SHORT
+
+
+_SHORT = 60
+_short = _Short()
+
+
+def short(value: object) -> str:
+    """Shows a value in a message: at most 60 characters of it, however large it is."""
+    text = _short.repr(value)
+    return text if len(text) <= _SHORT else f"{text[: _SHORT - 3]}..."

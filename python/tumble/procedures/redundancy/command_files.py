@@ -26,6 +26,11 @@ EVENTS_KIND = FileKind(
     re.compile(rb'\A\{"time": [^,]+, "unit": [^\n]+, "event": [^\n]+, "figures": \{'),
 )
 
+OUTPUT_CSV = FileKind(
+    "an output of tumble redundancy",
+    re.compile(rb'\A"time","ax","ay","az","gx","gy","gz","source","flags"\n'),
+)
+
 
 def save(result: RedundancyResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`; give the path of each file by what it is."""
@@ -78,9 +83,8 @@ def write_output(output: SetOutput, path: Path | str) -> Path:
     source = pa.DictionaryArray.from_arrays(pa.array(output.source), pa.array(units))
     named = {"source": source.cast(pa.string()), "flags": output.flags}
     table = pa.table({"time": output.time} | axes | named).replace_schema_metadata({"tumble.units": SI})
-    with replacing(path, FORMATS[kind]) as file:
+    with replacing(path, OUTPUT_CSV if kind == "csv" else FORMATS[kind]) as file:
         if kind == "csv":
-            file.write(f"# units: {SI}\n".encode())
             pa.csv.write_csv(table, file, pa.csv.WriteOptions(quoting_style="needed"))
         else:
             pa.parquet.write_table(table, file, compression="zstd", write_page_checksum=True)

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from tumble.foundation import clock
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_reading import AS_LOGGED
 from tumble.foundation.log_time import LogTime
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, nothing_came
 from tumble.live.host_clock import DelayCounts
@@ -153,13 +154,15 @@ class LiveRedundancy:
         `preset` is what the settings began from, where these were not the usual ones.
         """
         silence = self._ended - self._heard if self._monitor.is_silent else 0.0
-        return result_of(
+        found = result_of(
             self._monitor,
             self._events,
             end=self._monitor.newest + silence,
             warnings=(*self._remarks(), *self._of_lines, *self._monitor.notices()),
             preset=preset,
         )
+        # A session holds samples in the axes of the case: so reads whoever replays it.
+        return replace(found, readings=dict.fromkeys(self._monitor.units, {"axes": AS_LOGGED}))
 
     def _counts(self, name: str) -> bool:
         """Returns whether samples of a unit count yet: the primary's are the first to."""

@@ -14,10 +14,10 @@ from pydantic_core import CoreSchema, core_schema
 from tumble import _core
 from tumble.foundation.documents import Document, Vector
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.setting_table import Threshold
 from tumble.foundation.units import CHANNELS, Channel
+from tumble.foundation.words import short
 
 _ORTHONORMAL = 1e-3
 """Largest departure of R R^T from the identity that is rounding by whoever typed it, not a mistake."""

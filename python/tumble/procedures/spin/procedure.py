@@ -27,11 +27,10 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.start import applied_first
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
-from tumble.foundation.plain import short
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Rest
 from tumble.foundation.sample_rates import on_slow_rate
-from tumble.foundation.words import count_of
+from tumble.foundation.words import count_of, short
 from tumble.logs import ReadOptions
 from tumble.procedures.spin.chain import Chain
 from tumble.procedures.spin.combination import CombinedBiases, combine

@@ -61,7 +61,7 @@ def import_command(
 
 def _notes(calibration: Calibration) -> Iterator[str]:
     """Describes options for logs where a calibration corrects readings in another unit."""
-    from tumble.foundation.plain import short
+    from tumble.foundation.words import short
     from tumble.tools.exchange.target import READINGS
 
     stated = None if calibration.method is None else calibration.method.options.get(READINGS)

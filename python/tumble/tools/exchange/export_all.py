@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.plain import short
+from tumble.foundation.words import short
 from tumble.tools.exchange.registry import TARGETS
 from tumble.tools.exchange.target import Exported
 

@@ -15,9 +15,9 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.files import BY_TUMBLE, HEAD_OF_OURS, FileKind
 from tumble.foundation.numbers import number_of
-from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import short
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, frame_losses, section_of
 from tumble.tools.exchange.target import OWN_AXES, Content, Read, Settings, Target, Written
 

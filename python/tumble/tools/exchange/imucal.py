@@ -19,9 +19,10 @@ from tumble.foundation.bounded_json import JsonError, parse_json
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.files import FileKind
-from tumble.foundation.plain import plain, short
+from tumble.foundation.plain import plain
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.words import short
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.target import AS_CALIBRATED, READINGS, Content, Settings, Target, Written
 

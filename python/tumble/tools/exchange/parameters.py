@@ -11,9 +11,9 @@ from tumble.calibration.temperature_drift import HIGHEST_ORDER
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.firmware.correction import Stored, Thermal
 from tumble.foundation.firmware.magnetometers import StoredMagnetometer
-from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.words import short
 from tumble.tools.exchange.magnetometers import section_of_stored
 from tumble.tools.exchange.target import Content
 

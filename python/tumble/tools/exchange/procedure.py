@@ -14,9 +14,8 @@ from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError, LogError, ProcedureError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_special, path_of
-from tumble.foundation.plain import short
 from tumble.foundation.provenance import date_now, sha256_of
-from tumble.foundation.words import join
+from tumble.foundation.words import join, short
 from tumble.logs.formats import firmware_parameters
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.registry import TARGETS, target

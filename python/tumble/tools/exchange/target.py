@@ -13,9 +13,8 @@ from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import BY_TUMBLE, FileKind
 from tumble.foundation.log_reading import CORRECTION, turns
-from tumble.foundation.plain import short
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
-from tumble.foundation.words import join
+from tumble.foundation.words import join, short
 from tumble.tools.exchange import axes
 from tumble.tools.exchange.c_names import is_reserved
 from tumble.tools.exchange.calibration_parts import Loss, Part, losses

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.plain import short
+from tumble.foundation.words import short
 from tumble.tools.simulate.grade import Grade, grade_names
 
 if TYPE_CHECKING:
