@@ -169,7 +169,7 @@ LAYERS: dict[str, set[str]] = {
     "serials": {"errors", "words"},
     "log_reading": set(),
     "folder_lock": {"errors", "numbers"},
-    "file_status": {"errors", "plain"},
+    "file_status": {"errors", "words"},
     "bounded_json": {"words"},
     "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files"},
@@ -183,7 +183,7 @@ LAYERS: dict[str, set[str]] = {
     "firmware": {"errors", "magnetic", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
-    "bounded_yaml": {"plain"},
+    "bounded_yaml": {"words"},
     "schemas": {"procedures", "printed"},
     "field_docstrings": set(),
     "printed": {"field_docstrings"},
@@ -199,7 +199,7 @@ LAYERS: dict[str, set[str]] = {
         "recording",
     }
     | {"schemas", "words", "names", "file_reading"},
-    "setting_table": {"documents", "plain", "_core"},
+    "setting_table": {"documents", "words", "_core"},
     "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_reading"}
     | {"log_time"},
     "setting_models": {"setting_table"},

@@ -162,7 +162,7 @@ class LiveRedundancy:
             preset=preset,
         )
         # A session holds samples in the axes of the case: so reads whoever replays it.
-        return replace(found, readings=dict.fromkeys(self._monitor.units, {"axes": AS_LOGGED}))
+        return replace(found, readings={unit: {"axes": AS_LOGGED} for unit in self._monitor.units})
 
     def _counts(self, name: str) -> bool:
         """Returns whether samples of a unit count yet: the primary's are the first to."""
