@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
-from made_up_calibrations import made_up, save
-from made_up_certificates import project_file
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError
-from tumble.laboratory.registry import Registry
 from turntable_sessions import typed
+from workplaces import work_in
 
 
 def angle(section):
@@ -48,12 +46,7 @@ NAMED = ("angles.mounting", "angles.non-orthogonality", *["covariance"] * 4)
 @pytest.fixture
 def good(tmp_path, monkeypatch):
     """A calibration with all that can disagree, in a folder with what commands need besides."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
-    Registry.create(tmp_path / "lab.db")
-    (tmp_path / "tumble.toml").write_text(project_file() + 'registry = "lab.db"\n')
-    save(tmp_path / "results", made_up(serial="1", log="1"))
-    assert typed("simulate", "multipose", "-o", "session", "--seed", "1").code == 0
+    work_in(tmp_path, monkeypatch)
     assert typed("simulate", "turntable", "-o", "table", "--seed", "1").code == 0
     assert typed(
         "turntable", "table/reference.csv", "table/target_1.csv", "-o", "found", "--operator", "Ann"

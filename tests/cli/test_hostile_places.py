@@ -40,6 +40,7 @@ from tumble.procedures.turntable.record import TargetRecord
 from tumble.procedures.turntable.targets import find_targets
 from tumble.tools.simulate import write_turntable
 from turntable_sessions import simulate, typed
+from workplaces import work_in
 
 DRAWN = 120
 
@@ -47,12 +48,7 @@ DRAWN = 120
 @pytest.fixture
 def workplace(tmp_path, monkeypatch):
     """A folder with a log, a result and a registry, for what a command needs besides the hostile place."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "nobody"))
-    Registry.create(tmp_path / "lab.db")
-    (tmp_path / "tumble.toml").write_text(project_file() + 'registry = "lab.db"\n')
-    save(tmp_path / "results", made_up(serial="1", log="1"))
-    assert typed("simulate", "multipose", "-o", "session", "--seed", "1").code == 0
+    work_in(tmp_path, monkeypatch)
     yield hostile_files(tmp_path)
     (tmp_path / "locked").chmod(0o700)
 

@@ -9,21 +9,13 @@ from calibrated_commands import CALIBRATED, SEVERAL, write_log
 from made_up_calibrations import made_up
 from tumble.cli.commands import COMMANDS, command_line
 from turntable_sessions import one_line, typed
+from typed_commands import commands_below
 
 APART = {
     *("turntable", "redundancy", "compare", "export", "inspect", "view", "record"),
     *("registry add", "registry due", "certificate issue", "certificate verify"),
 }
 """Commands that take several arguments, each for a unit of its own."""
-
-
-def commands_below(command, name=""):
-    """Gives every command with its name."""
-    below = getattr(command, "commands", {})
-    if not below:
-        yield name, command
-    for word, each in below.items():
-        yield from commands_below(each, f"{name} {word}".strip())
 
 
 @pytest.fixture(scope="module")

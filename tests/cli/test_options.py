@@ -17,6 +17,7 @@ from tumble.cli.commands import COMMANDS, command_line
 from tumble.cli.options import Options, expanded
 from tumble.foundation.procedures import PROCEDURES
 from turntable_sessions import typed
+from typed_commands import commands_below
 
 READING = "Reading options"
 
@@ -62,15 +63,6 @@ def test_reading_options_stand_together_at_the_end_of_the_help(command):
         assert option not in own
     assert "--help" not in reading
     assert ("--for" in reading) == (command in ("turntable", "redundancy", "align"))
-
-
-def commands_below(command, name=""):
-    """Give every command with its name, those of commands of commands too."""
-    below = getattr(command, "commands", {})
-    if not below:
-        yield name, command
-    for word, each in below.items():
-        yield from commands_below(each, f"{name} {word}".strip())
 
 
 @pytest.fixture(scope="module")

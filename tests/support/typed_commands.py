@@ -38,3 +38,12 @@ def typed(*arguments):
     finally:
         sys.argv = before
     return Done(code, out.getvalue(), err.getvalue())
+
+
+def commands_below(command, name=""):
+    """Gives every command with its name, those of commands of commands too."""
+    below = getattr(command, "commands", {})
+    if not below:
+        yield name, command
+    for word, each in below.items():
+        yield from commands_below(each, f"{name} {word}".strip())
