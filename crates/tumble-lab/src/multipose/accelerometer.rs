@@ -243,7 +243,7 @@ pub fn fit_forces(
             ..plain
         });
     }
-    let linear = linearised(data, &plain, &bent.terms);
+    let linear = linearised(data, &plain, &bent.terms());
     let lengths = Lengths {
         data: &linear,
         gravity,
@@ -252,8 +252,8 @@ pub fn fit_forces(
     Ok(AccelerometerFit {
         covariance: SMatrix::from_fn(|i, j| bent.covariance[(i, j)]),
         non_linearity: Some(bent.non_linearity()),
+        beyond_usual: bent.terms().component_div(&usual_bends()).norm_squared(),
         joint_covariance: bent.covariance,
-        beyond_usual: bent.terms.component_div(&usual_bends()).norm_squared(),
         ..finish(&x, &linear, gravity, weights)?
     })
 }
@@ -262,8 +262,6 @@ pub fn fit_forces(
 struct Bent {
     /// Change of the unknowns, then the terms, squares first.
     step: DVector<f64>,
-    /// The same as `SVector`.
-    terms: SVector<f64, BENDS>,
     covariance: DMatrix<f64>,
     /// Decrease of the sum of squares, the terms over their usual sizes among them, in units of what remains for each degree of
     /// freedom where that is more than noise: a pose that was touched is no bend.
@@ -273,6 +271,11 @@ struct Bent {
 }
 
 impl Bent {
+    /// Terms of the response, squares first.
+    fn terms(&self) -> SVector<f64, BENDS> {
+        terms_of(&self.step)
+    }
+
     /// True where the residuals show the response to be no line beyond chance.
     fn is_shown(&self) -> bool {
         #[allow(clippy::cast_precision_loss)]
@@ -293,7 +296,7 @@ impl Bent {
         let of = |first: usize| {
             let place = |axis: usize| UNKNOWNS + first + axis;
             [
-                Vector3::from_fn(|axis, _| self.terms[first + axis]),
+                Vector3::from_fn(|axis, _| self.step[place(axis)]),
                 Vector3::from_fn(|axis, _| self.covariance[(place(axis), place(axis))].sqrt()),
             ]
         };
@@ -302,6 +305,10 @@ impl Bent {
             magnitude: of(AXES),
         }
     }
+}
+
+fn terms_of(step: &DVector<f64>) -> SVector<f64, BENDS> {
+    SVector::from_fn(|term, _| step[UNKNOWNS + term])
 }
 
 fn usual_bends() -> SVector<f64, BENDS> {
@@ -324,8 +331,8 @@ fn bends(plain: &AccelerometerFit) -> Option<Bent> {
     }
     let covariance = information.cholesky()?.inverse();
     let step = -(&covariance * rows.tr_mul(&values));
-    let terms: SVector<f64, BENDS> = SVector::from_fn(|term, _| step[UNKNOWNS + term]);
-    let left = (&values + &rows * &step).norm_squared() + terms.component_div(&usual).norm_squared();
+    let left =
+        (&values + &rows * &step).norm_squared() + terms_of(&step).component_div(&usual).norm_squared();
     #[allow(clippy::cast_precision_loss)]
     let freedom = (values.len() - UNKNOWNS) as f64;
     let explained = (values.norm_squared() - left) / (left / freedom).max(1.0);
@@ -336,7 +343,6 @@ fn bends(plain: &AccelerometerFit) -> Option<Bent> {
     let determined = (0..BENDS).map(share).sum();
     Some(Bent {
         step,
-        terms,
         covariance,
         explained,
         determined,
