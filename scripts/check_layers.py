@@ -100,6 +100,7 @@ DATA = {
         "files",
         "file_names",
         "recording",
+        "stores",
     ),
     "plain",
     *(
@@ -174,6 +175,7 @@ LAYERS: dict[str, set[str]] = {
     "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status"},
+    "stores": {"errors", "file_reading", "files", "words"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names"},
     "project_file": READING | {"errors", "words"},

@@ -9,12 +9,13 @@ import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
 from made_up_calibrations import made_up, save
+from tumble.foundation import stores
 from tumble.foundation.errors import OutputError
 from tumble.laboratory.documents import Documents
 from tumble.laboratory.registry import Registry
 from turntable_sessions import one_line, typed
 
-OPERATIONS = ("size", "cat_file", "find", "makedirs", "pipe_file")
+OPERATIONS = ("size", "cat_file", "ls", "makedirs", "pipe_file")
 """Those that a registry asks of a store."""
 
 
@@ -55,6 +56,7 @@ fsspec.register_implementation("failing", FailingStore, clobber=True)
 def registry(tmp_path, monkeypatch):
     """A registry with a result, whose documents are in a store."""
     monkeypatch.setattr(FailingStore, "fails", {})
+    monkeypatch.setattr(stores, "STORES", {"failing"})
     monkeypatch.setattr(MemoryFileSystem, "store", {})
     made = Registry.create(tmp_path / "lab.db", documents="failing://documents")
     made.add(save(tmp_path / "a", made_up()))

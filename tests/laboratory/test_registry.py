@@ -10,6 +10,7 @@ import pytest
 
 import tumble
 from made_up_calibrations import BIAS_SIGMA, COMMON_SIGMA, made_up, save
+from tumble.foundation import stores
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.laboratory import equipment
 from tumble.laboratory.documents import Documents
@@ -240,7 +241,8 @@ def test_the_place_of_documents_on_a_server_is_asked_for(server):
         Registry.create(server.make("without_documents"))
 
 
-def test_documents_go_where_a_url_leads(tmp_path):
+def test_documents_go_where_a_url_leads(tmp_path, monkeypatch):
+    monkeypatch.setattr(stores, "STORES", {"memory"})
     registry = Registry.create(tmp_path / "lab.db", documents="memory://registry-documents")
     (added,) = registry.add(save(tmp_path / "a", made_up()))
     shown = registry.show(added.identity)

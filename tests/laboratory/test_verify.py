@@ -20,7 +20,7 @@ from tumble.laboratory.chain import Entry, next_entry
 from tumble.laboratory.registry import Registry
 from tumble.laboratory.schema_faults import schema_faults
 from tumble.laboratory.tables import METADATA
-from turntable_sessions import typed
+from turntable_sessions import one_line, typed
 
 LIMITS = {"accelerometer": {"bias": 0.5}}
 
@@ -51,6 +51,22 @@ def behind(registry):
         connection.execute(sql)
     connection.commit()
     connection.close()
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["INSERT INTO alembic_version VALUES ('0')", "DELETE FROM alembic_version"],
+    ids=["more", "less"],
+)
+def test_a_row_beside_the_chain_is_one_line_everywhere(filled, change):
+    with behind(filled) as connection:
+        connection.execute(change)
+    place = filled.database.address
+    stated = place.path or place.url.render_as_string(hide_password=False)
+    for words in (("verify", "--registry", stated), ("list", "--registry", stated), ("init", stated)):
+        done = typed("registry", *words)
+        assert done.code == 2, words
+        assert "of its tables, as no registry does; restore it from a backup" in one_line(done.err)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ from rosbags.rosbag1 import Writer as Writer1
 
 from bag_fixtures import IMU, ROS1, imu_message, write_ros2
 from log_fixtures import made_up, read, refusal, same, write_text
-from tumble.logs import ReadOptions, open_recording
+from sqlite_journals import journal_that_names
+from tumble.logs import ReadOptions, bag_journal, open_recording
 
 DEGREE = np.pi / 180.0
 
@@ -120,7 +121,8 @@ def test_three_columns_of_an_unknown_quantity_are_offered_as_a_triad(tmp_path, n
     assert f"--columns ax={first},ay={second},az={third}" in refusal(path, ReadOptions(rate=50.0))
 
 
-def test_a_bag_left_in_its_journal_is_read_with_it(tmp_path, chunk):
+def left_in_journal(tmp_path, chunk):
+    """A database of a bag whose samples stand in the journal beside it."""
     database = next(write_ros2(tmp_path / "bag", {"/imu": chunk}).glob("*.db3"))
     left = tmp_path / "left" / database.name
     left.parent.mkdir()
@@ -137,11 +139,29 @@ def test_a_bag_left_in_its_journal_is_read_with_it(tmp_path, chunk):
     for ending in ("", "-wal"):
         shutil.copyfile(f"{database}{ending}", f"{left}{ending}")
     connection.close()
+    return left
+
+
+def test_a_bag_left_in_its_journal_is_read_with_it(tmp_path, chunk):
+    left = left_in_journal(tmp_path, chunk)
     before = left.read_bytes()
     recording = open_recording(left)
     assert same(read(left), chunk)
     assert any("was not closed" in remark for remark in recording.metadata.remarks)
     assert left.read_bytes() == before
+
+
+def test_a_journal_by_which_files_are_removed_is_left(tmp_path, chunk, monkeypatch):
+    copied = []
+    joined = bag_journal.copied_aside
+    monkeypatch.setattr(
+        bag_journal, "copied_aside", lambda parts, name: copied.extend(parts) or joined(parts, name)
+    )
+    left = left_in_journal(tmp_path, chunk)
+    shutil.copyfile(tmp_path / "bag" / "metadata.yaml", left.with_name("metadata.yaml"))
+    left.with_name(f"{left.name}-journal").write_bytes(journal_that_names(tmp_path / "thesis.txt", left))
+    assert same(read(left.parent), chunk)
+    assert {part.name for part in copied} == {left.name, f"{left.name}-wal", "metadata.yaml"}
 
 
 def test_samples_that_no_driver_stamped_are_left_out_and_counted(tmp_path):

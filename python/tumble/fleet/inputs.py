@@ -219,12 +219,13 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
     from tumble.fleet.parts import packed_file, unpacked
-    from tumble.fleet.places import FileStore, store_error
+    from tumble.fleet.places import FileStore
+    from tumble.foundation.stores import store_error
 
     place = FileStore(manifest)
     number = 0
     try:
-        with place.files.open(place.root, "rb") as file:
+        with place.opened("manifest") as file:
             schema = pq.ParquetFile(file).schema_arrow
             known = _columns_of(manifest, schema)
             for some in packed_file(file, manifest).iter_batches(_ROWS_AT_ONCE, columns=known):

@@ -10,10 +10,11 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from tumble.fleet.places import FileStore, StoreError
+from tumble.fleet.places import FileStore
 from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import FileKind, hold_folder, prepare_folder
+from tumble.foundation.stores import StoreError
 from tumble.foundation.words import plain
 
 LEASE_FILE = "driver"

@@ -14,10 +14,11 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-from tumble.fleet.places import FileStore, StoreError, store_error
+from tumble.fleet.places import FileStore
 from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.files import FileKind
+from tumble.foundation.stores import StoreError, store_error
 from tumble.foundation.words import utf8
 
 FOLDER = "parts"

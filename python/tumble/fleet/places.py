@@ -10,38 +10,15 @@ from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists, paths_like
 from tumble.foundation.files import FileKind, remove_made, write_shared
+from tumble.foundation.stores import Store, StoreError, store_error
 from tumble.foundation.words import quoted
 
 _LARGEST = 16 << 20
 """Bytes of a file that is read whole."""
 
 
-class StoreError(TumbleError):
-    """A folder or URL cannot be read or written."""
-
-
-class FileStore:
-    """A folder, or any place that fsspec knows by URL.
-
-    Raises `StoreError` where the kind of URL is unknown, or its library is not installed.
-    """
-
-    def __init__(self, url: str) -> None:
-        import fsspec
-        import fsspec.implementations.local
-
-        self.url = url
-        try:
-            is_path = "://" not in url
-            self.files, self.root = fsspec.core.url_to_fs(str(Path(url).absolute()) if is_path else url)
-        except (ImportError, ValueError) as error:
-            raise StoreError(f"{shown(url)}: {shown(str(error))}; give a folder or an s3:// URL") from error
-        except (
-            Exception
-        ) as error:  # a store in a store is opened, by libraries that raise errors of their own
-            raise store_error(url, error) from error
-        self.is_local = isinstance(self.files, fsspec.implementations.local.LocalFileSystem)
-        """Indicates whether it is a folder of this computer, given as a path or by `file://`."""
+class FileStore(Store):
+    """A folder, or a place in a store of objects, by URL: its files are listed, read, written and removed."""
 
     def __str__(self) -> str:
         return shown(self.url)
@@ -155,19 +132,8 @@ def version_of(info: dict[str, Any]) -> str:
 def fetched(url: str, folder: Path) -> Path:
     """Returns a local path of a file or folder: its own, or that of a copy in `folder`.
 
-    Raises `OSError` and what the store's library raises, after which another try may succeed.
+    Raises `StoreError` as `Store.copy` does, and what the store's library raises, after which another try may
+    succeed.
     """
     place = FileStore(url)
-    if place.is_local:
-        return Path(str(place.root))
-    target = folder / str(place.root).rstrip("/").rpartition("/")[2]
-    place.files.get(place.root, str(target), recursive=place.files.isdir(place.root))
-    return target
-
-
-def store_error(url: str, error: Exception) -> StoreError:
-    """Describes in one line why a store failed."""
-    reason = shown(" ".join(str(error).split())) or type(error).__name__
-    return StoreError(
-        f"{shown(url)}: cannot be reached: {reason}; check the address, network and credentials"
-    )
+    return Path(place.root) if place.is_local else place.copy(folder)

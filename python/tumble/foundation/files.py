@@ -280,7 +280,7 @@ def append_line(path: Path, line: str) -> int:
 
     Raises `OutputError` where that cannot be done, or the name is no regular file of its own.
     """
-    _refuse_others_name(path)
+    refuse_others_name(path)
     try:
         with os.fdopen(os.open(path, _APPENDING, 0o666), "rb+") as file:
             place = file.seek(0, os.SEEK_END)
@@ -310,7 +310,7 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
     Raises `OutputError` where that cannot be done.
     """
     stem, ending = Path(name).stem, Path(name).suffix
-    _refuse_others_name(path)
+    refuse_others_name(path)
     _refuse_linked_folder(folder)
     try:
         folder.mkdir(exist_ok=True)
@@ -335,7 +335,7 @@ def set_aside(path: Path) -> Path:
 
     Raises `OutputError` where that cannot be done.
     """
-    _refuse_others_name(path)
+    refuse_others_name(path)
     number, aside = 1, path.with_name(f"{path.name}.rejected")
     while stands_there(aside):
         number += 1
@@ -376,7 +376,7 @@ def remove_made(*paths: Path, kind: FileKind | None = None) -> None:
     for path in paths:
         try:
             if stands_there(path):
-                _refuse_unmarked(path, kind) if kind is not None else _refuse_others_name(path)
+                _refuse_unmarked(path, kind) if kind is not None else refuse_others_name(path)
                 path.unlink(missing_ok=True)
         except OSError as error:
             reason = error.strerror or error
@@ -456,7 +456,7 @@ def prepare_folder(folder: Path | str) -> Path:
 
 def make_file(path: Path) -> None:
     """Make an empty file where there is none; raises `OutputError` where that cannot be done."""
-    _refuse_others_name(path)
+    refuse_others_name(path)
     try:
         os.close(os.open(path, _APPENDING, 0o666))
     except OSError as error:
@@ -561,7 +561,7 @@ def _is_own_name(path: Path) -> bool:
     return status is not None and stat.S_ISREG(status.st_mode) and status.st_nlink == 1
 
 
-def _refuse_others_name(path: Path) -> None:
+def refuse_others_name(path: Path) -> None:
     """Raises `OutputError` where writing would reach another file, or wait: by a link, a device or a pipe."""
     if is_link(path):
         raise OutputError(f"{path}: is a link, and is kept; give a name that is none, or remove it first")
@@ -583,7 +583,7 @@ def _refuse_linked_folder(folder: Path) -> None:
 
 def _refuse_unmarked(path: Path, kind: FileKind) -> None:
     """Raises `OutputError` for a file that Tumble did not write."""
-    _refuse_others_name(path)
+    refuse_others_name(path)
     if not kind.begins(path):
         raise OutputError(f"{path}: is not {kind.name}, and is kept; give another name, or remove it first")
     if not kind.is_marked(path):

@@ -28,6 +28,7 @@ from sqlalchemy.pool import NullPool
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import whole_number
 from tumble.laboratory.address import RegistryAddress
+from tumble.laboratory.journals import refuse_unfit_journals
 from tumble.laboratory.tables import METADATA
 
 PATIENCE = 30.0
@@ -115,11 +116,16 @@ class Database:
             raise _no_answer(self.address, error) from error
 
     def version(self, connection: Connection) -> str | None:
-        """Return the version of the tables; None where there are none."""
+        """Return the version of the tables; None where there are none. Raises `RegistryError` for several."""
         if not inspect(connection).has_table("alembic_version"):
             return None
-        found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
-        return None if found is None else str(found)
+        found = connection.execute(text("SELECT version_num FROM alembic_version LIMIT 2")).scalars().all()
+        if len(found) != 1:
+            raise RegistryError(
+                f"{self.address}: states {'several versions' if found else 'no version'} of its tables, as "
+                "no registry does; restore it from a backup"
+            )
+        return str(found[0])
 
     def check_version(self, connection: Connection) -> None:
         """Raise `RegistryError` unless the tables are of this version."""
@@ -199,6 +205,10 @@ def _sqlite(path: Path, patience: float) -> Engine:
     place = f"{path.as_uri()}?mode=rw"
 
     def connect() -> sqlite3.Connection:
+        try:
+            refuse_unfit_journals(path)
+        except TumbleError as error:
+            raise RegistryError(str(error)) from error
         # Transactions are begun by the listener below, not by the driver.
         made = sqlite3.connect(place, uri=True, timeout=patience, isolation_level=None)
         made.execute("PRAGMA foreign_keys = ON")

@@ -1,4 +1,4 @@
-"""Documents of a registry by the hash of their content: a folder, or any place that fsspec knows by URL."""
+"""Documents of a registry by the hash of their content: in a folder, or in a store of objects, by URL."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import hashlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists
 from tumble.foundation.files import FileKind, make_folder, replacing
+from tumble.foundation.stores import Store, StoreError
 from tumble.laboratory.database import RegistryError
 
 _ANYTHING = FileKind("a document", re.compile(b""))
@@ -32,8 +32,11 @@ class Documents:
     def __init__(self, place: str, beside: Path | None = None) -> None:
         """Open a store; a path is relative to the folder `beside`. Raises `RegistryError`."""
         self.place = place
-        self._is_folder = "://" not in place
-        self._files, self._root = _opened(str((beside or Path()) / place) if self._is_folder else place)
+        try:
+            store = Store(place if "://" in place else str((beside or Path()) / place))
+        except StoreError as error:
+            raise RegistryError(f"documents at {error}") from error
+        self._files, self._root, self._is_folder = store.files, store.root, store.is_local
 
     def keep(self, content: bytes) -> str:
         """Store a document, unless it is there, and return its hash; raises `OutputError`."""
@@ -57,13 +60,15 @@ class Documents:
         if self._is_folder and exists(path):
             return read_whole(path, _LARGEST, "document", remedy="restore it", error=RegistryError)
         try:
-            found: bytes = self._files.cat_file(path, start=0, end=_LARGEST)
+            found: bytes = self._files.cat_file(path, start=0, end=_LARGEST + 1)
         except FileNotFoundError:
             raise RegistryError(
                 f"{self._path(digest)}: document is missing; restore it from a backup"
             ) from None
         except Exception as error:  # libraries of stores raise errors of their own
             raise _unreadable(self._path(digest), error) from error
+        if len(found) > _LARGEST:
+            raise RegistryError(f"{path}: is larger than {_LARGEST >> 20} MiB, and no document; restore it")
         return found
 
     def size(self, digest: str) -> int | None:
@@ -74,13 +79,19 @@ class Documents:
             return None
 
     def hashes(self) -> Iterator[str]:
-        """Yield the hash of each document that lies there; raises `RegistryError`."""
-        try:
-            paths = list(self._files.find(self._root))
-        except Exception as error:  # libraries of stores raise errors of their own
-            raise _unreadable(self._root, error) from error
-        names = (str(path).rpartition("/")[2] for path in paths)
-        yield from (name for name in names if _HASH.fullmatch(name))
+        """Yield the hash of each document that lies there; raises `RegistryError`.
+
+        Only the folders that hashes begin with are listed, whatever else lies at the place.
+        """
+        for number in range(256):
+            folder = f"{self._root}/{number:02x}"
+            try:
+                names = [str(path).rpartition("/")[2] for path in self._files.ls(folder, detail=False)]
+            except (FileNotFoundError, NotADirectoryError):
+                continue
+            except Exception as error:  # libraries of stores raise errors of their own
+                raise _unreadable(folder, error) from error
+            yield from (name for name in names if _HASH.fullmatch(name))
 
     def _path(self, digest: str) -> str:
         return f"{self._root}/{digest[:2]}/{digest}"
@@ -108,17 +119,3 @@ def _unreadable(place: str, error: Exception) -> RegistryError:
 
 def _words_of(error: Exception) -> str:
     return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
-
-
-def _opened(place: str) -> tuple[Any, str]:
-    """Open the file system of a path or URL, with the path there; raises `RegistryError` for unknown ones."""
-    import fsspec
-
-    try:
-        files, root = fsspec.core.url_to_fs(place)
-    except (ImportError, ValueError) as error:
-        scheme = place.partition("://")[0]
-        raise RegistryError(f"documents at {scheme}://: {' '.join(str(error).split())}") from error
-    except Exception as error:  # a store in a store is opened, by libraries that raise errors of their own
-        raise RegistryError(f"documents at {place}: {' '.join(str(error).split())}") from error
-    return files, str(root)

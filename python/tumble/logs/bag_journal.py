@@ -15,6 +15,8 @@ from tumble.foundation.files import copied_aside, note_input
 
 JOURNAL = "-wal"
 """Ending of the journal behind the name of its database."""
+_OTHER_JOURNAL = "-journal"
+"""Ending of a journal that no recorder leaves, and by which SQLite removes any file that it names."""
 
 
 class JoinedBag:
@@ -28,7 +30,7 @@ class JoinedBag:
         for journal in self.journals:
             note_input(journal)
         folder = is_folder(bag)
-        parts = [part for part in entries(bag) if is_file(part)] if folder else [bag, *self.journals]
+        parts = _parts_of(bag) if folder else [bag, *self.journals]
         self._copy = copied_aside(parts, bag.name if folder else "")
         beside = Path(self._copy.name) / (bag.name if folder else "")
         self.path = beside if folder else beside / bag.name
@@ -48,6 +50,10 @@ def _journals_of(bag: Path) -> list[Path]:
         return [part for part in entries(bag) if part.name.endswith(f".db3{JOURNAL}") and is_file(part)]
     journal = bag.with_name(bag.name + JOURNAL)
     return [journal] if is_file(journal) else []
+
+
+def _parts_of(bag: Path) -> list[Path]:
+    return [part for part in entries(bag) if is_file(part) and not part.name.endswith(_OTHER_JOURNAL)]
 
 
 def _join(database: Path) -> None:

@@ -1,0 +1,127 @@
+"""The one place that opens stores: a folder of this computer, or a place in a store of objects, by URL.
+
+Registries and manifests that others write name such places. Some protocols of fsspec read any file, unpack
+without end, or wait for a server that sends without end, and one can be chained to another. So only stores
+are known whose servers the settings and credentials of the user choose, and none is chained.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, Final
+
+from tumble.foundation.errors import TumbleError, shown
+from tumble.foundation.file_reading import opened
+from tumble.foundation.files import make_folder
+from tumble.foundation.words import quoted
+
+_FOLDERS: Final = frozenset(("file", "local"))
+STORES: Final = frozenset(("s3", "s3a", "gs", "gcs", "abfs", "abfss", "az"))
+"""Protocols of stores of objects."""
+_MOST_FILES: Final = 10_000
+"""Files of a folder that is copied: a session has one for each unit."""
+
+
+class StoreError(TumbleError):
+    """A folder or URL cannot be read or written."""
+
+
+class Store:
+    """A folder, or a place in a store of objects, by URL.
+
+    Raises `StoreError` for any other protocol, for one that is chained to another, and where the library of
+    the store is missing or refuses.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        protocol, is_url, _ = url.partition("://")
+        self.is_local = not is_url or protocol in _FOLDERS
+        """Indicates whether it is a folder of this computer, given as a path or by `file://`."""
+        if is_url and ("::" in url or not (self.is_local or protocol in STORES)):
+            raise StoreError(
+                f"{shown(url)}: {quoted(protocol)} is no protocol of a store, or is chained to another one; "
+                "give a folder or an s3:// URL"
+            )
+        self.files, self.root = _opened(url) if is_url else _folder(url)
+
+    def opened(self, what: str) -> AbstractContextManager[Any]:
+        """Opens the file at the place, which should be `what`, to be read piece by piece.
+
+        Raises `StoreError` for a device or a pipe, and what the store's library raises.
+        """
+        if self.is_local:
+            return opened(self.root, what, error=StoreError)
+        stream: AbstractContextManager[Any] = self.files.open(self.root, "rb")
+        return stream
+
+    def copy(self, folder: Path) -> Path:
+        """Copies the file, or the folder with all in it, into a folder of ours; returns its path.
+
+        Raises `StoreError` for names that lead elsewhere, more files than a session has, and more bytes than
+        half of what is free there; else what the store's library raises.
+        """
+        target = folder / self._plain_name(self.root.rstrip("/").rpartition("/")[2])
+        sizes = dict(self._sizes())
+        needed, free = sum(sizes.values()), shutil.disk_usage(folder).free
+        if needed > free / 2:
+            raise StoreError(
+                f"{shown(self.url)}: has {needed >> 20} MiB, and {free >> 20} MiB are free for copies; name "
+                "a folder with room by TMPDIR"
+            )
+        for path in sizes:
+            within = path.removeprefix(self.root).strip("/")
+            place = target.joinpath(*map(self._plain_name, within.split("/") if within else ()))
+            make_folder(place.parent)
+            self.files.get_file(path, str(place))
+        return target
+
+    def _sizes(self) -> Iterator[tuple[str, int]]:
+        """Yields each file at the place with its size, bytes."""
+        if not self.files.isdir(self.root):
+            yield self.root, int(self.files.size(self.root))
+            return
+        count = 0
+        for _, _, found in self.files.walk(self.root, detail=True):
+            count += len(found)
+            if count > _MOST_FILES:
+                raise StoreError(
+                    f"{shown(self.url)}: has more than {_MOST_FILES} files; give the folder of one session"
+                )
+            yield from ((str(each["name"]), int(each["size"])) for each in found.values())
+
+    def _plain_name(self, name: str) -> str:
+        """Returns a name that is one part of a path; raises `StoreError` for any other."""
+        if name in ("", ".", "..") or set(name) & set("/\\\0"):
+            raise StoreError(f"{shown(self.url)}: {quoted(name)} is no name of a file; give another place")
+        return name
+
+
+def _folder(path: str) -> tuple[Any, str]:
+    import fsspec
+
+    # A path is never taken apart: `::` and `://` may be in names of folders.
+    return fsspec.filesystem("file"), Path(path).absolute().as_posix()
+
+
+def _opened(url: str) -> tuple[Any, str]:
+    import fsspec
+
+    try:
+        files, root = fsspec.core.url_to_fs(url)
+    except (ImportError, ValueError) as error:
+        raise StoreError(f"{shown(url)}: {shown(str(error))}; give a folder or an s3:// URL") from error
+    except Exception as error:  # libraries of stores raise errors of their own
+        raise store_error(url, error) from error
+    return files, str(root)
+
+
+def store_error(url: str, error: Exception) -> StoreError:
+    """Describes in one line why a store failed."""
+    reason = shown(" ".join(str(error).split())) or type(error).__name__
+    return StoreError(
+        f"{shown(url)}: cannot be reached: {reason}; check the address, network and credentials"
+    )
