@@ -29,11 +29,11 @@ def frozen_stretches(samples: Chunk) -> list[tuple[int, int]]:
 
     There is none of a sensor so coarse that readings often repeat themselves.
     """
-    changes = np.flatnonzero(~repeats(np.column_stack([samples.accelerometer, samples.gyroscope])))
-    # Readings that are alike lie between two changes.
-    first = np.concatenate([[0], changes + 1])
-    last = np.concatenate([changes, [len(samples) - 1]])
+    same = repeats(samples.accelerometer) & repeats(samples.gyroscope)
+    # Where readings begin to stand still, and where they end to, in turn.
+    ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
+    first, last = ends[::2], ends[1::2]
     lasting = samples.time[last] - samples.time[first] > FROZEN
-    if is_coarse(len(first), int((last[~lasting] > first[~lasting]).sum())):
+    if is_coarse(len(samples) - int(same.sum()), int((~lasting).sum())):
         return []
     return list(zip(first[lasting].tolist(), last[lasting].tolist(), strict=True))

@@ -1,5 +1,7 @@
 //! From the samples of one unit to the calibration of both its triads.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, Matrix3, SMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
@@ -172,8 +174,8 @@ impl Multipose {
 /// A unit as it is worked on: SI units, zeros near zero.
 struct Centred<'a> {
     given: MultiposeSamples<'a>,
-    force: Vec<[f64; 3]>,
-    rate: Vec<[f64; 3]>,
+    force: Cow<'a, [[f64; 3]]>,
+    rate: Cow<'a, [[f64; 3]]>,
     force_zero: Vector3<f64>,
     rate_zero: Vector3<f64>,
     nominal: Option<NominalScale>,
@@ -232,8 +234,8 @@ impl<'a> Centred<'a> {
     fn of(samples: &MultiposeSamples<'a>, settings: &MultiposeSettings) -> Result<Self, MultiposeError> {
         let mut unit = Self {
             given: *samples,
-            force: samples.force.to_vec(),
-            rate: samples.rate.to_vec(),
+            force: Cow::Borrowed(samples.force),
+            rate: Cow::Borrowed(samples.rate),
             force_zero: Vector3::zeros(),
             rate_zero: Vector3::zeros(),
             nominal: None,
@@ -241,8 +243,8 @@ impl<'a> Centred<'a> {
         if settings.raw {
             let counted = counts(samples.time, samples.force, samples.rate, settings.gravity);
             let counted = counted.ok_or(MultiposeError::Unsolvable)?;
-            centre(&mut unit.force, &counted.force_zero, counted.scale.force);
-            centre(&mut unit.rate, &counted.rate_zero, counted.scale.rate);
+            centre(unit.force.to_mut(), &counted.force_zero, counted.scale.force);
+            centre(unit.rate.to_mut(), &counted.rate_zero, counted.scale.rate);
             unit.force_zero = counted.force_zero * counted.scale.force;
             unit.rate_zero = counted.rate_zero * counted.scale.rate;
             unit.nominal = Some(counted.scale);
@@ -257,7 +259,7 @@ impl<'a> Centred<'a> {
         };
         let scale = rounded(gyroscope.calibration.parts.scale.mean() / nominal.rate).recip();
         let factor = scale / nominal.rate;
-        centre(&mut self.rate, &Vector3::zeros(), factor);
+        centre(self.rate.to_mut(), &Vector3::zeros(), factor);
         self.rate_zero *= factor;
         nominal.rate = scale;
         true

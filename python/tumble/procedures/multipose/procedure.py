@@ -185,6 +185,7 @@ def multipose(
     samples = _samples(unit, temperatures, progress)
     # Labelled sections are used as they are.
     frozen = [] if labelled else frozen_stretches(samples)
+    stood_still = [(samples.time[first], samples.time[last]) for first, last in frozen]
     used = _without(samples, frozen)
 
     def fit(before: Calibration | None, density: FloatArray | None = None) -> _core.MultiposeFigures:
@@ -263,13 +264,12 @@ def multipose(
         },
         software=f"tumble {_core.__version__}",
     )
-    stood_still = (
-        f"all readings stood still from {unit.log.time.span(samples.time[first], samples.time[last])} s, as "
-        "those of no sensor with noise do: that time is left out"
-        for first, last in frozen
-    )
     warnings = (
-        *stood_still,
+        *(
+            f"all readings stood still from {unit.log.time.span(*span)} s, as those of no sensor with noise "
+            "do: that time is left out"
+            for span in stood_still
+        ),
         *([] if noise_of_means is None else [_about_means(noise_of_means)]),
         *_warnings(result, found, figures, unit.acquired.missing),
         *_about_the_start(result),
@@ -391,26 +391,34 @@ def _known(before: Calibration | None, term: str) -> FloatArray | None:
 
 
 def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgress | None) -> Chunk:
-    """Reads all samples, those without a number left out."""
-    chunks = []
+    """Reads all samples, those without a number left out, and holds them once."""
+    columns = tuple(bytearray() for _ in range(4))
     for chunk in unit.recording.chunks():
         good = _holds_numbers(chunk, unit)
         rate = chunk.gyroscope if "gyroscope" in unit.triads else np.zeros((len(chunk), 3))
         temperature = np.full(len(chunk), np.nan) if chunk.temperature is None else chunk.temperature
-        chunks.append((chunk.time[good], chunk.accelerometer[good], rate[good], temperature[good]))
+        found = (chunk.time[good], chunk.accelerometer[good], rate[good], temperature[good])
+        for column, values in zip(columns, found, strict=True):
+            column += values.tobytes()
         temperatures.add(int(good.sum()), temperature[good])
         if progress is not None:
             progress(unit.acquired.samples, None)
-    return Chunk(*(np.concatenate(columns) for columns in zip(*chunks, strict=True)))
+    time, force, rate, temperature = map(np.frombuffer, columns)
+    return Chunk(time, force.reshape(-1, 3), rate.reshape(-1, 3), temperature)
 
 
 def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
-    """Omits frozen samples: frozen in a turn, they look like a rest."""
-    kept = np.ones(len(samples), dtype=bool)
-    for first, last in frozen:
-        kept[first : last + 1] = False
-    temperature = None if samples.temperature is None else samples.temperature[kept]
-    return Chunk(samples.time[kept], samples.accelerometer[kept], samples.gyroscope[kept], temperature)
+    """Omits frozen samples, which look like a rest in a turn; others move into their place."""
+    if not frozen or samples.temperature is None:
+        return samples
+    columns = (samples.time, samples.accelerometer, samples.gyroscope, samples.temperature)
+    end = frozen[0][0]
+    for (_, last), (following, _) in zip(frozen, [*frozen[1:], (len(samples), 0)], strict=True):
+        moved = following - last - 1
+        for column in columns:
+            column[end : end + moved] = column[last + 1 : following]
+        end += moved
+    return Chunk(*(column[:end] for column in columns))
 
 
 def _holds_numbers(chunk: Chunk, unit: Imu) -> NDArray[np.bool_]:
