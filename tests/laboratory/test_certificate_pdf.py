@@ -13,6 +13,7 @@ from pdf_text import text_of
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate import pdf
 from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.pdf import TEMPLATE, font_families, pdf_of
 
 LANGUAGES = ("en", "zh") if set(pdf.CHINESE_FONTS) & set(pdf._fonts().families()) else ("en",)
@@ -122,8 +123,8 @@ def test_a_wrong_template_or_logo_is_one_line(tmp_path):
     with pytest.raises(TumbleError, match="unknown variable") as caught:
         pdf_of(found, dcc_of(found), template)
     assert "\n" not in str(caught.value)
-    with pytest.raises(TumbleError, match="logo") as caught:
-        pdf_of(found, dcc_of(found), logo=b"no picture")
+    with pytest.raises(TumbleError, match=r"^ours\.png: typst reports") as caught:
+        pdf_of(found, dcc_of(found), logo=Logo("ours.png", b"no picture"))
     assert "\n" not in str(caught.value)
     with pytest.raises(TumbleError, match="cannot be read"):
         pdf_of(found, dcc_of(found), tmp_path / "absent.typ")
@@ -132,4 +133,4 @@ def test_a_wrong_template_or_logo_is_one_line(tmp_path):
 def test_a_logo_is_shown():
     found = certificate(("en",))
     logo = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
-    assert pdf_of(found, dcc_of(found), logo=logo) != made(found)
+    assert pdf_of(found, dcc_of(found), logo=Logo("ours.svg", logo)) != made(found)

@@ -1,4 +1,4 @@
-"""What lies beside a registry reaches no other file, and keeps nobody waiting."""
+"""Files beside a registry reach no other file, and keep nobody waiting."""
 
 import os
 import sqlite3

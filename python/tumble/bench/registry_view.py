@@ -154,7 +154,8 @@ class RegistryView(Shared):
         """Issues the certificate of a result by the settings of the project file; returns its number."""
         try:
             from tumble.laboratory.certificate.collect import certificates_of, results_in_registry
-            from tumble.laboratory.certificate.issue import Layout, issue_all, logo_of
+            from tumble.laboratory.certificate.issue import Layout, issue_all
+            from tumble.laboratory.certificate.logo import load_logo
             from tumble.laboratory.certificate.numbering import parse_pattern
             from tumble.laboratory.certificate.signing_key import load_key
         except ModuleNotFoundError as error:
@@ -171,7 +172,7 @@ class RegistryView(Shared):
         key, template = stated.get("signing_key"), stated.get("template")
         layout = Layout(
             Path(template) if template else None,
-            logo_of(stated.get("logo", "")),
+            load_logo(stated.get("logo", "")),
             load_key(Path(key)) if key else None,
         )
         pattern = parse_pattern(stated.get("certificate_number", DEFAULT_NUMBER))

@@ -1,6 +1,6 @@
 """Files beside a database of SQLite, which SQLite itself opens: each is of this registry, and of no other.
 
-Who hands over a registry hands over what lies beside it. SQLite would wait for a pipe there, empty another
+A registry of others comes with what lies beside it. SQLite would wait for a pipe there, empty another
 file through a hard link, and remove a file that a rollback journal names.
 """
 

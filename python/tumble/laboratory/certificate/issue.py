@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import file_stem
-from tumble.foundation.file_reading import read_whole
 from tumble.foundation.files import BY_TUMBLE, FileKind, replacing
 from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.model import Certificate
 from tumble.laboratory.certificate.numbering import Pattern
 from tumble.laboratory.certificate.pdf import font_families, pdf_of
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from tumble.laboratory.certificate.signing_key import SigningKey
     from tumble.laboratory.registry import Registry
 
-LARGEST_LOGO = 1 << 19
-"""Bytes."""
 PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"), BY_TUMBLE)
 XML_KIND = FileKind(
     "a Digital Calibration Certificate",
@@ -36,7 +34,7 @@ class Layout:
     """Appearance of certificates, and the key that signs them."""
 
     template: Path | None = None
-    logo: bytes = b""
+    logo: Logo | None = None
     key: SigningKey | None = None
 
 
@@ -103,10 +101,3 @@ def write(found: Rendered, folder: Path) -> tuple[Path, Path]:
         with replacing(path, kind) as file:
             file.write(content)
     return paths
-
-
-def logo_of(path: str) -> bytes:
-    """Read a logo, SVG, PNG or JPEG; raises `TumbleError`."""
-    if not path:
-        return b""
-    return read_whole(path, LARGEST_LOGO, "logo", remedy="give a smaller SVG, PNG or JPEG")

@@ -135,10 +135,11 @@ class AppearanceOptions(Options):
 
     def layout(self) -> Layout:
         """Read what they name; raises `TumbleError`."""
-        from tumble.laboratory.certificate.issue import Layout, logo_of
+        from tumble.laboratory.certificate.issue import Layout
+        from tumble.laboratory.certificate.logo import load_logo
 
         template = Path(self.template) if self.template else None
-        return Layout(template, logo_of(self.logo), key_of(self.signing_key))
+        return Layout(template, load_logo(self.logo), key_of(self.signing_key))
 
 
 def key_of(path: str) -> SigningKey | None:

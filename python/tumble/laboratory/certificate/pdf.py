@@ -22,6 +22,7 @@ from tumble.laboratory.certificate.catalogue import (
     parameter_name,
     texts,
 )
+from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.model import CalibratedItem, Certificate, CertifiedQuantity, Equipment
 from tumble.report.numbers import readable_unit, typeset
 
@@ -43,7 +44,9 @@ CHINESE_FONTS = (
 """Families of fonts with Chinese letters, the preferred ones first."""
 
 
-def pdf_of(certificate: Certificate, xml: bytes, template: Path | None = None, logo: bytes = b"") -> bytes:
+def pdf_of(
+    certificate: Certificate, xml: bytes, template: Path | None = None, logo: Logo | None = None
+) -> bytes:
     """Return a certificate as PDF/A-3b with its XML attached.
 
     Raises `TumbleError` in one line where a font or picture is missing, or the template is wrong.
@@ -62,18 +65,20 @@ def pdf_of(certificate: Certificate, xml: bytes, template: Path | None = None, l
             timestamp=moment,
         )
     except typst.TypstError as error:
-        raise TumbleError(_in_one_line(error), about=str(path)) from error
+        # Our own template is right, so that the picture is damaged that it shows.
+        about = logo.path if logo and template is None else str(path)
+        raise TumbleError(_in_one_line(error, logo), about=about) from error
     except RuntimeError as error:  # of typst too: the template is no file
         raise TumbleError(f"{path}: cannot be read: {error}; check the path") from error
     assert isinstance(found, bytes)
     return found
 
 
-def _in_one_line(error: typst.TypstError) -> str:
+def _in_one_line(error: typst.TypstError, logo: Logo | None) -> str:
     message = " ".join(str(getattr(error, "message", error)).split())
     if "font" in message or "could not be displayed" in message:
         return f"a font with all letters of the certificate is missing ({message}); install one"
-    return f"typst reports: {message}; correct the template, or the logo"
+    return f"typst reports: {message}; correct the template{f', or the logo {logo.path}' if logo else ''}"
 
 
 @lru_cache(maxsize=1)
@@ -94,7 +99,7 @@ def font_families(certificate: Certificate) -> list[str]:
     return [_FONT, *chinese[:1]]
 
 
-def _view(certificate: Certificate, logo: bytes) -> dict[str, Any]:
+def _view(certificate: Certificate, logo: Logo | None) -> dict[str, Any]:
     """Return all that a template shows, in the languages of the certificate."""
     return {
         "certificate": certificate.content(),
@@ -102,7 +107,7 @@ def _view(certificate: Certificate, logo: bytes) -> dict[str, Any]:
         "sentences": dict(statements.general(certificate)),
         "calibrated": [_calibrated(certificate, each) for each in certificate.calibrated],
         "fonts": font_families(certificate),
-        "logo": list(logo) or None,
+        "logo": list(logo.content) if logo else None,
     }
 
 
