@@ -29,10 +29,11 @@ from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import load_job
 from tumble.fleet.ledger import KIND
 from tumble.fleet.parts import Outcome, rows, write_parts
-from tumble.fleet.places import FileStore, StoreError
+from tumble.fleet.places import FileStore
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.file_status import paths_like
+from tumble.foundation.stores import StoreError
 from tumble.laboratory.documents import Documents
 from tumble.laboratory.registry import Registry
 from tumble.procedures.turntable.batch import LONGEST_LINE, Batch

@@ -22,7 +22,8 @@ from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import FleetJob, load_job, option_words
 from tumble.fleet.ledger import JobStatus, begin, write_status
 from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
-from tumble.fleet.places import FileStore, StoreError
+from tumble.fleet.places import FileStore
+from tumble.foundation.stores import StoreError
 from turntable_sessions import one_line, typed
 
 TEXTS = st.sampled_from(

@@ -223,24 +223,6 @@ def test_a_line_without_end_is_no_table(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "said"),
-    [
-        (["ax_g", "ay_mg", "az_g", "gx", "gy", "gz"], "ax_g, ay_mg, az_g; convert them"),
-        (["ax", "ay", "az", "gx", "gy_dps", "gz [rad/s]"], r"gy_dps, gz \[rad/s\]; convert them"),
-        (
-            ["ax", "ay", "az", "gx", "gy", "gz", "mx_uT", "my_uT", "mz_mG"],
-            "mx_uT, my_uT, mz_mG; convert them",
-        ),
-    ],
-)
-def test_columns_of_a_sensor_in_several_units_are_refused(names, said):
-    with pytest.raises(LogError, match=f"^log.csv: columns of one sensor are in several units: {said}"):
-        find_imus(names, "log.csv")
-    forced = ReadOptions(accelerometer_unit="g", gyroscope_unit="deg/s", magnetometer_unit="uT")
-    assert list(find_imus(names, "log.csv", forced)) == [""]
-
-
-@pytest.mark.parametrize(
     ("names", "channel"),
     [
         ("acc_x,accel_x,ay,az,gx,gy,gz", "ax"),

@@ -134,7 +134,7 @@ class Conditioner:
         if magnetic is None:
             return None
         if self._from_field is None:
-            _, scale = field_scale(facts.magnetometer_unit, self._options)
+            _, scale = field_scale(facts.source, facts.magnetometer_unit, self._options)
             self._from_field = case_from_log(self._options.axes) * scale
         empty = ~magnetic.any(axis=1)
         if empty.all():

@@ -27,6 +27,7 @@ from tumble.logs.row_order import (
 )
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.triads import largest_each
+from tumble.logs.unit_switch import UnitSwitch
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
@@ -134,6 +135,8 @@ class Counts:
     """First readings, and where they come again."""
     warming: Warming = field(default_factory=Warming)
     """Temperature over the whole pass."""
+    unit_switch: UnitSwitch = field(default_factory=UnitSwitch)
+    """Length of gravity at rest over the whole pass."""
 
     def add(self, other: Counts) -> None:
         """Counts what another pass has met as well."""
@@ -150,6 +153,7 @@ class Counts:
         self.reordering.add(other.reordering)
         self.beginning.join(other.beginning)
         self.warming.join(other.warming)
+        self.unit_switch.join(other.unit_switch)
 
     def notices(self) -> tuple[str, ...]:
         """Describes omissions; empty if there were none."""
@@ -183,7 +187,7 @@ class Counts:
                 f"{count_of('sample', self.spikes.count)} far from those before and after, garbled or "
                 f"knocked: {self.spikes.phrase()}"
             )
-        return (*notices, *self.beginning.notices(), *self.warming.notices())
+        return (*notices, *self.beginning.notices(), *self.warming.notices(), *self.unit_switch.notices())
 
 
 class ChunkStream(Iterator[Chunk]):
@@ -259,6 +263,8 @@ class ChunkStream(Iterator[Chunk]):
         chunk = self._hold_temperature(chunk)
         self.counts.warming.add(chunk)
         self.counts.beginning.add(chunk)
+        if "accelerometer" in self._track.triads:
+            self.counts.unit_switch.add(chunk)
         self._last = chunk
         if self._keep_faults:
             self._refuse_degrees(chunk)

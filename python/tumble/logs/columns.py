@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,7 +15,7 @@ from tumble.foundation.magnetic import MAGNETIC_CHANNELS, LoadUnit
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
+from tumble.logs.track import COLUMN_NAME, StatedUnit, choose, joint_unit
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 from tumble.logs.unread_columns import columns_option, listed, option_for, triple_in
 
@@ -295,6 +296,8 @@ class ImuColumns:
 
 
 _LONGEST_NAME = 100
+_IGNORED = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u3164\ufe00-\ufe0f\uffa0]")
+"""Letters and marks without a width; others are of the class of format signs."""
 _NAMES_TO_REMEMBER = 1024
 """Devices send the names of their columns again and again, when samples have no time to wait for them."""
 
@@ -304,6 +307,7 @@ def recognise(name: str) -> Column | None:
     """Reads the name of a column; None if it is none of ours."""
     if len(name) > _LONGEST_NAME:  # The patterns take time that grows with the square of it.
         return None
+    name = _seen(name)
     bracketed = _BRACKETS.match(name)
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
     if bracket is not None:
@@ -331,6 +335,14 @@ def recognise(name: str) -> Column | None:
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, 0, _prefix(stem, match) + raw, unit)
     return None
+
+
+def _seen(name: str) -> str:
+    """Returns a name as it is seen: composed, without letters that have no width."""
+    if name.isascii():
+        return name
+    seen = (letter for letter in _IGNORED.sub("", name) if unicodedata.category(letter) != "Cf")
+    return unicodedata.normalize("NFC", "".join(seen))
 
 
 def _prefix(stem: str, match: re.Match[str]) -> str:
@@ -380,7 +392,6 @@ def find_imus(
             _without_gravity(names, path)
             or _incomplete(names, path, recognised, stated) + (READ_MAGNETOMETER if alone else "")
         )
-    _refuse_mixed_units(imus, path, recognised, options)
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
     read = whole or _with_shared_gyroscope(imus)
@@ -420,11 +431,15 @@ def _magnetic_columns(
     wanted = (options.magnetometer_name or prefix, prefix, "")
     name = next((each for each in wanted if each in found), next(iter(found)))
     others = [each for each in found if each not in (name, "")]
-    time = next((each for each in recognised if re.fullmatch(_MAGNETIC_TIME, each)), None)
+    time = next((each for each in recognised if re.fullmatch(_MAGNETIC_TIME, _seen(each))), None)
     current, current_unit = load
     return MagneticColumns(
         found[name],
-        _stated_in(recognised.get(found[name][0]), "magnetometer"),
+        joint_unit(
+            _stated_in(recognised.get(axis), "magnetometer")
+            or (_unit_behind(axis, "magnetometer") if axis in stated.values() else None)
+            for axis in found[name]
+        ),
         time,
         _time_stated_in(time),
         current,
@@ -452,7 +467,7 @@ def _load(recognised: Mapping[str, Column | None], stated: Mapping[str, str]) ->
             return stated[key], unit  # type: ignore[return-value]
     for unit, spelling in _LOADS.items():
         for name in recognised:
-            if re.fullmatch(spelling, name.strip()):
+            if re.fullmatch(spelling, _seen(name).strip()):
                 return name, unit
     return None, "A"
 
@@ -465,13 +480,13 @@ def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
 
 def _unit_behind(name: str | None, quantity: Quantity) -> StatedUnit | None:
     """Returns the unit in brackets behind the name of a column that a user states to be of a quantity."""
-    bracketed = _BRACKETS.match(name) if name else None
+    bracketed = _BRACKETS.match(_seen(name)) if name else None
     unit = find_unit(bracketed["unit"], quantity) if bracketed else None
     return StatedUnit(unit, COLUMN_NAME) if unit else None
 
 
 def _time_stated_in(name: str | None) -> StatedUnit | None:
-    match = re.fullmatch(_MAGNETIC_TIME, name) if name else None
+    match = re.fullmatch(_MAGNETIC_TIME, _seen(name)) if name else None
     unit = find_unit(match["unit"] or "", "time") if match else None
     return StatedUnit(unit, COLUMN_NAME) if unit else None
 
@@ -600,7 +615,7 @@ def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
     matches = {
         name: match
         for name, column in recognised.items()
-        if column is None and (match := re.fullmatch(_COUNTER, name.strip().lower()))
+        if column is None and (match := re.fullmatch(_COUNTER, _seen(name).strip().lower()))
     }
     if len(matches) != 1:
         return {}
@@ -623,29 +638,6 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
         else:
             raise LogError(f"{path}: no column {wanted!r} for {key}; columns found: {listed(names)}")
     return stated
-
-
-def _refuse_mixed_units(
-    imus: Mapping[str, ImuColumns],
-    path: Path | str,
-    recognised: Mapping[str, Column | None],
-    options: ReadOptions,
-) -> None:
-    """Raises `LogError` where columns of a triad state several units; one of the options counts for all."""
-    for imu in imus.values():
-        magnetic = imu.magnetometer.axes if imu.magnetometer else None
-        for names, overruled in (
-            (imu.accelerometer, options.accelerometer_unit),
-            (imu.gyroscope, options.gyroscope_unit),
-            (magnetic, options.magnetometer_unit),
-        ):
-            columns = {name: recognised.get(name) for name in names or ()}
-            units = {name: column.unit for name, column in columns.items() if column and column.unit}
-            if len(set(units.values())) > 1 and overruled is None:
-                raise LogError(
-                    f"{path}: columns of one sensor are in several units: {listed(list(units))}; "
-                    "convert them to one"
-                )
 
 
 def _refuse_doubled(
@@ -723,8 +715,8 @@ def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuCo
         _whole(rate),
         time,
         temperature,
-        unit(acceleration[0], "accelerometer"),
-        unit(rate[0], "gyroscope"),
+        joint_unit(unit(name, "accelerometer") for name in acceleration),
+        joint_unit(unit(name, "gyroscope") for name in rate),
         unit(time, "time"),
         unit(temperature, "temperature"),
     )

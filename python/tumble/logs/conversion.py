@@ -273,12 +273,20 @@ def counts_per_axis(value: AxisValues, name: str) -> FloatArray:
     return scale
 
 
-def stated_unit(quantity: Quantity, found: StatedUnit | None, option: str | None) -> StatedUnit | None:
+def stated_unit(
+    source: str, quantity: Quantity, found: StatedUnit | None, option: str | None
+) -> StatedUnit | None:
     """Returns the statement of the user, else that of the log; None where neither states a unit.
 
-    Raises `LogError` where the user names no unit of that quantity.
+    Raises `LogError` where the user names no unit of that quantity, or columns of the log state several.
     """
     if option is None:
+        if found is not None and found.others:
+            units = ", ".join((found.name, *found.others))
+            raise LogError(
+                f"{source}: columns of one sensor, the {quantity}, are in several units: {units}; convert "
+                f"them to one, or state that of all with --{quantity}-unit"
+            )
         return found
     name = find_unit(option, quantity)
     if name is None:
@@ -306,7 +314,7 @@ def _with_counts(
 def _accelerometer(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, *, alone: bool
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = stated_unit("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
+    stated = stated_unit(track.source, "accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     if options.channel is not None:
         return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
     if options.as_numbers:
@@ -376,7 +384,7 @@ def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str
 
 def _temperature(track: Stating, options: ReadOptions, head: RawSamples) -> tuple[str, str, str]:
     """Returns the unit of temperatures, why they are left out, and a remark; both are empty as a rule."""
-    stated = stated_unit("temperature", track.temperature_unit, options.temperature_unit)
+    stated = stated_unit(track.source, "temperature", track.temperature_unit, options.temperature_unit)
     values = head.temperature
     name = stated.name if stated else "degC"
     if values is None or options.temperature_unit is not None or possible_temperature(values, name):
@@ -405,7 +413,7 @@ def _interval(head: RawSamples, unit: ResolvedUnit, rate: float | None) -> float
 def _gyroscope(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, rest: StillReadings | None
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = stated_unit("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
+    stated = stated_unit(track.source, "gyroscope", track.gyroscope_unit, options.gyroscope_unit)
     if options.channel is not None:
         return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
     if options.as_numbers:
@@ -454,7 +462,7 @@ def _refuse_contradicted_rate(track: Stating, stated: StatedUnit, likely: str, r
 def _time(
     track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad], samples: int | None
 ) -> ResolvedUnit:
-    stated = stated_unit("time", track.time_unit, options.time_unit)
+    stated = stated_unit(track.source, "time", track.time_unit, options.time_unit)
     rate = options.rate or track.rate
     if options.rate is not None or head.time is None:
         return ResolvedUnit("s", 1.0, f"sample number over {rate:g} Hz" if rate else "sample number")

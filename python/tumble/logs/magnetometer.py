@@ -107,7 +107,7 @@ def magnetic_track(
     Raises `LogError` where the unit that an option names is none of the magnetic field.
     """
     raw = magnetometer.read()
-    unit, scale = field_scale(magnetometer.unit, options)
+    unit, scale = field_scale(source, magnetometer.unit, options)
     remarks = [*magnetometer.notices]
     time = _times(raw, magnetometer, options, rate, time_scale, remarks)
     field = (raw.field * scale) @ case_from_log(options.axes).T
@@ -134,12 +134,13 @@ def _known(current: FloatArray | None, kept: RowNumbers) -> FloatArray | None:
     return None if current is None or not np.isfinite(current).any() else current[kept]
 
 
-def field_scale(found: StatedUnit | None, options: ReadOptions) -> tuple[StatedUnit, FloatArray]:
+def field_scale(source: str, found: StatedUnit | None, options: ReadOptions) -> tuple[StatedUnit, FloatArray]:
     """Returns the unit of a log or stream, and the uT of one of it for each of (3,) axes.
 
-    `found` is what the log states. Raises `LogError` where an option names no unit of the magnetic field.
+    `found` is what the log states. Raises `LogError` where an option names no unit of the magnetic field, or
+    columns of the log state several.
     """
-    stated = stated_unit("magnetometer", found, options.magnetometer_unit)
+    stated = stated_unit(source, "magnetometer", found, options.magnetometer_unit)
     unit = stated or StatedUnit(MICROTESLA, ASSUMED)
     scale = np.full(3, UNITS["magnetometer"][unit.name])
     if options.magnetometer_scale is None:

@@ -15,7 +15,15 @@ from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
-from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, LoggedMagnetometer, StatedUnit, choose
+from tumble.logs.track import (
+    COLUMN_NAME,
+    DOCUMENTED,
+    LoggedImu,
+    LoggedMagnetometer,
+    StatedUnit,
+    choose,
+    joint_unit,
+)
 from tumble.logs.units import Quantity, find_unit
 
 _PAIRS = (
@@ -91,10 +99,11 @@ def _magnetometer(folder: Path, options: ReadOptions) -> LoggedMagnetometer | No
 
 def _stated(file: TriadFile, quantity: Quantity) -> StatedUnit | None:
     """Returns the unit that stands in the names of columns."""
-    time, x, *_ = file.columns
-    match = _TIME.fullmatch(time) if quantity == "time" else _AXIS.fullmatch(x)
-    unit = find_unit(match["unit"] or "", quantity) if match else None
-    return StatedUnit(unit, COLUMN_NAME) if unit else None
+    time, *axes = file.columns
+    of_time = quantity == "time"
+    matches = ((_TIME if of_time else _AXIS).fullmatch(name) for name in ([time] if of_time else axes))
+    units = (find_unit(match["unit"] or "", quantity) for match in matches if match)
+    return joint_unit(StatedUnit(unit, COLUMN_NAME) for unit in units if unit)
 
 
 def _triad(file: Path, options: ReadOptions) -> TriadFile:

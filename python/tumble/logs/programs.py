@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.text_file import open_text
-from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose, joint_unit
 from tumble.logs.units import Quantity, find_unit
 from tumble.logs.unread_columns import listed
 
@@ -53,7 +53,7 @@ def _indexed(name: str) -> tuple[str, str, str]:
 def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> float:
     """Divides counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
     assert columns.accelerometer is not None
-    if _unit_in(columns.accelerometer[0]) or options.accelerometer_scale is not None:
+    if any(map(_unit_in, columns.accelerometer)) or options.accelerometer_scale is not None:
         return 1.0
     stated = layout.preamble.get("acc_1g") or layout.preamble.get('"acc_1g"', "")
     beside = path.with_suffix(".headers.csv")
@@ -187,11 +187,13 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
                 return names[x], names[y], names[z]
         return None
 
-    def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
-        stated = find_unit(_unit_in(name), quantity) if name else None
-        if stated:
-            return StatedUnit(stated, COLUMN_NAME)
-        return StatedUnit(program.units[quantity], DOCUMENTED) if quantity in program.units else None
+    def stated(name: str, quantity: Quantity) -> StatedUnit | None:
+        found = find_unit(_unit_in(name), quantity)
+        return StatedUnit(found, COLUMN_NAME) if found else None
+
+    def unit(columns: Sequence[str], quantity: Quantity) -> StatedUnit | None:
+        documented = StatedUnit(program.units[quantity], DOCUMENTED) if quantity in program.units else None
+        return joint_unit(stated(name, quantity) for name in columns) or documented
 
     accelerometer, gyroscope = triad(program.accelerometer), triad(program.gyroscope)
     if accelerometer is None:
@@ -205,8 +207,8 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
         accelerometer,
         gyroscope,
         time,
-        accelerometer_unit=unit(accelerometer[0], "accelerometer"),
-        gyroscope_unit=unit(gyroscope[0] if gyroscope else None, "gyroscope"),
-        time_unit=unit(time, "time"),
-        magnetometer=None if field is None else MagneticColumns(field, unit(field[0], "magnetometer")),
+        accelerometer_unit=unit(accelerometer, "accelerometer"),
+        gyroscope_unit=unit(gyroscope or (), "gyroscope"),
+        time_unit=unit([time] if time else (), "time"),
+        magnetometer=None if field is None else MagneticColumns(field, unit(field, "magnetometer")),
     )

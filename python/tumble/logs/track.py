@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -72,6 +72,20 @@ class StatedUnit:
     name: str
     reason: str
     """`DEFINED`, `DOCUMENTED` ..., or words of the one format where it stands in another place."""
+    others: tuple[str, ...] = ()
+    """Units that columns of the same sensor state as well, and that contradict it."""
+
+
+def joint_unit(units: Iterable[StatedUnit | None]) -> StatedUnit | None:
+    """Returns the unit that any column of a sensor states, with others that contradict it; None without one.
+
+    A head may state the unit behind the last axis alone.
+    """
+    stated = [unit for unit in units if unit is not None]
+    if not stated:
+        return None
+    names = dict.fromkeys(unit.name for unit in stated)
+    return replace(stated[0], others=tuple(name for name in names if name != stated[0].name))
 
 
 Transform = Callable[[RawSamples], RawSamples]

@@ -35,6 +35,7 @@ from tumble.logs.track import (
     StatedUnit,
     Transform,
     choose,
+    joint_unit,
 )
 from tumble.logs.triads import gather
 from tumble.logs.units import Quantity, find_unit
@@ -276,37 +277,40 @@ def _plain_columns(variable: Variable, prefix: str) -> Iterator[tuple[str, _Plac
 def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> ImuColumns:
     """Returns the variables with the units that the file states beside their names."""
 
-    def stated(column: str | None, quantity: Quantity, so_far: StatedUnit | None) -> StatedUnit | None:
-        if column is None:
-            return so_far
-        if quantity == "time" and places[column].holds_dates:
-            return StatedUnit("ns", COLUMN_TYPE)
+    def attribute(column: str, quantity: Quantity) -> StatedUnit | None:
         unit = find_unit(places[column].variable.unit, quantity)
-        return so_far if unit is None else StatedUnit(unit, "attribute")
+        return None if unit is None else StatedUnit(unit, "attribute")
 
-    def first(names: Sequence[str] | None) -> str | None:
-        return names[0] if names else None
+    def stated(
+        names: Sequence[str] | None, quantity: Quantity, so_far: StatedUnit | None
+    ) -> StatedUnit | None:
+        if names and quantity == "time" and places[names[0]].holds_dates:
+            return StatedUnit("ns", COLUMN_TYPE)
+        return joint_unit([*(attribute(name, quantity) for name in names or ()), so_far])
+
+    def alone(name: str | None) -> Sequence[str] | None:
+        return None if name is None else [name]
 
     return replace(
         columns,
-        accelerometer_unit=stated(first(columns.accelerometer), "accelerometer", columns.accelerometer_unit),
-        gyroscope_unit=stated(first(columns.gyroscope), "gyroscope", columns.gyroscope_unit),
-        time_unit=stated(columns.time, "time", columns.time_unit),
-        temperature_unit=stated(columns.temperature, "temperature", columns.temperature_unit),
+        accelerometer_unit=stated(columns.accelerometer, "accelerometer", columns.accelerometer_unit),
+        gyroscope_unit=stated(columns.gyroscope, "gyroscope", columns.gyroscope_unit),
+        time_unit=stated(alone(columns.time), "time", columns.time_unit),
+        temperature_unit=stated(alone(columns.temperature), "temperature", columns.temperature_unit),
         magnetometer=_with_stated_unit(columns.magnetometer, stated),
     )
 
 
 def _with_stated_unit(
     columns: MagneticColumns | None,
-    stated: Callable[[str | None, Quantity, StatedUnit | None], StatedUnit | None],
+    stated: Callable[[Sequence[str] | None, Quantity, StatedUnit | None], StatedUnit | None],
 ) -> MagneticColumns | None:
     if columns is None:
         return None
     return replace(
         columns,
-        unit=stated(columns.axes[0], "magnetometer", columns.unit),
-        time_unit=stated(columns.time, "time", columns.time_unit),
+        unit=stated(columns.axes, "magnetometer", columns.unit),
+        time_unit=stated(None if columns.time is None else [columns.time], "time", columns.time_unit),
     )
 
 
