@@ -1,5 +1,6 @@
 """Flight logs that are cut, garbled or hostile: read as far as they are sound, or refused in one line."""
 
+import re
 import tracemalloc
 from dataclasses import dataclass, field
 
@@ -13,6 +14,7 @@ from hostile import for_long
 from mavlink_fixtures import autopilot, scaled, tlog_of
 from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.logs.walk import BLOCK, Damage, walk
 from tumble.tools.inspect.procedure import inspect
 from ulog_fixtures import ULogWriter, turning
 
@@ -118,3 +120,25 @@ def test_damaged_flight_log_is_read_or_refused_within_its_memory(tmp_path, endin
             tracemalloc.stop()
 
     for_long(attempt)
+
+
+@pytest.mark.parametrize("places", [(0,), (0, 40 << 30), (0, 40 << 30, (40 << 30) + 5 * BLOCK), (90 << 30,)])
+def test_of_a_hole_in_a_log_little_is_read(tmp_path, places):
+    path = tmp_path / "log.ulg"
+    with path.open("wb") as file:
+        for place in places:
+            file.seek(place)
+            file.write(b"message")
+        file.truncate(100 << 30)
+    read, found = [], []
+
+    def take(data, position, whole):
+        read.append(len(data))
+        found.extend(position + match.start() for match in re.finditer(b"message", data))
+        return len(data) if whole else max(len(data) - 6, 0)
+
+    with path.open("rb") as file:
+        for _ in walk(file, 0, 100 << 30, take, Damage()):
+            pass
+    assert found == list(places)
+    assert sum(read) < 32 * BLOCK

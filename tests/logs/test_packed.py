@@ -73,8 +73,10 @@ def test_several_packed_files_one_after_another_are_one(log, ending):
     data = log.read_bytes()
     path = log.with_name("joined.csv" + ending)
     middle = data.index(b"\n", len(data) // 2) + 1
-    path.write_bytes(PACK[ending](data[:middle]) + PACK[ending](data[middle:]))
-    assert same(read(path), read(log))
+    parts, empty = (PACK[ending](data[:middle]), PACK[ending](data[middle:])), 20 * PACK[ending](b"")
+    for between in (b"", empty):
+        path.write_bytes(between + between.join(parts) + between)
+        assert same(read(path), read(log))
 
 
 @pytest.mark.parametrize("ending", [".gz", ".zst"])

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import bz2
 import codecs
 import io
 import lzma
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO, cast
 
@@ -95,7 +96,7 @@ def _recoded(pieces: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def _unpacked(path: Path, file: BinaryIO, packing: Packing) -> Iterator[bytes]:
-    unpack = _unpacked_xz if packing.name == "xz" else _unpacked_by_pyarrow
+    unpack = _unpacked_by_python if packing.name in _UNPACKERS else _unpacked_by_pyarrow
     given = 0
     try:
         for piece in unpack(file, packing.name):
@@ -116,9 +117,16 @@ def _unpacked_by_pyarrow(file: BinaryIO, name: str) -> Iterator[bytes]:
             yield piece
 
 
-def _unpacked_xz(file: BinaryIO, _: str) -> Iterator[bytes]:
+_UNPACKERS: Mapping[str, Callable[[], lzma.LZMADecompressor | bz2.BZ2Decompressor]] = {
+    "xz": lambda: lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_LARGEST_DICTIONARY),
+    "bz2": bz2.BZ2Decompressor,
+}
+"""Packings of which pyarrow bounds no memory, or reads no empty stream before another."""
+
+
+def _unpacked_by_python(file: BinaryIO, name: str) -> Iterator[bytes]:
     """Unpacks one stream after the other; zeros may stand between them."""
-    unpacker, packed = _xz_unpacker(), file.read(_PIECE)
+    unpacker, packed = _UNPACKERS[name](), file.read(_PIECE)
     while True:
         if piece := unpacker.decompress(packed, _PIECE):
             yield piece
@@ -127,12 +135,8 @@ def _unpacked_xz(file: BinaryIO, _: str) -> Iterator[bytes]:
             packed = unpacker.unused_data.lstrip(b"\x00") or file.read(_PIECE).lstrip(b"\x00")
             if not packed:
                 return
-            unpacker = _xz_unpacker()
+            unpacker = _UNPACKERS[name]()
         elif unpacker.needs_input:
             packed = file.read(_PIECE)
             if not packed:
                 raise EOFError
-
-
-def _xz_unpacker() -> lzma.LZMADecompressor:
-    return lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_LARGEST_DICTIONARY)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
@@ -73,10 +75,17 @@ def doubles(numbers: NDArray[Any]) -> FloatArray:
 def walk(
     file: BufferedReader, start: int, end: int, take: Take, damage: Damage, block: int = BLOCK
 ) -> Iterator[None]:
-    """Passes over the bytes from `start` to `end`; comes back after each block was taken apart."""
+    """Passes over the bytes from `start` to `end`; comes back after each block was taken apart.
+
+    Of a hole in a sparse file, which holds no message, the first and the last block are read.
+    """
     file.seek(start)
     rest, position = b"", start
     while True:
+        place = position + len(rest)
+        if not rest.strip(b"\0") and (data_begin := _next_data(file, place, end)) > place + 2 * block:
+            rest, position = b"", data_begin - block
+            file.seek(position)
         read = file.read(max(min(block, end - position - len(rest)), 0))
         data = rest + read
         used = take(data, position, not read)
@@ -85,3 +94,16 @@ def walk(
         if not read:
             damage.cut |= bool(rest)
             return
+
+
+def _next_data(file: BufferedReader, place: int, end: int) -> int:
+    """Returns the first place from there on, up to `end`, that the file system holds bytes of."""
+    if not hasattr(os, "SEEK_DATA"):
+        return place
+    before = file.raw.tell()
+    try:
+        return min(os.lseek(file.fileno(), place, os.SEEK_DATA), end)
+    except OSError as error:
+        return end if error.errno == errno.ENXIO else place
+    finally:
+        file.raw.seek(before, os.SEEK_SET)
