@@ -77,7 +77,7 @@ def walk(
 ) -> Iterator[None]:
     """Passes over the bytes from `start` to `end`; comes back after each block was taken apart.
 
-    Of a hole in a sparse file, which holds no message, the first and the last block are read.
+    A hole in a sparse file holds no message: its last block is read, and no other.
     """
     file.seek(start)
     rest, position = b"", start
