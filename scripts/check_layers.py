@@ -80,8 +80,8 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "ba
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-READING = {"bounded_json", "bounded_time", "file_status", "file_reading"}
-"""Doors through which all files and all JSON of others come, and the bound of time for who reads them."""
+READING = {"bounded_answer", "bounded_json", "bounded_time", "file_status", "file_reading"}
+"""Doors through which all files and all JSON of others come, and the bounds for whoever reads them."""
 
 DATA = {
     "message",
@@ -172,6 +172,7 @@ LAYERS: dict[str, set[str]] = {
     "folder_lock": {"errors", "numbers"},
     "file_status": {"errors", "words"},
     "bounded_json": {"words"},
+    "bounded_answer": {"clock"},
     "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status"},

@@ -342,3 +342,46 @@ def test_guests_get_their_work_done_in_turn(monkeypatch):
     others = [at for group, at in done if group == "other"]
     assert others[-1] <= (2.0 * len(others) + 1.0) / pages_a_second + 0.01
     assert not work._lines
+
+
+def test_messages_of_guests_leave_time_for_the_operator(monkeypatch):
+    now, others_run, seconds = 0.0, asyncio.sleep, 20.0
+
+    async def sleep(wanted):
+        nonlocal now
+        now += wanted + 1e-6
+        await others_run(0)
+
+    monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)
+    monkeypatch.setattr(guest_work.clock, "now", lambda: now)
+    access = Access(needs_token=True)
+    operator = access.enter(access.token, "10.0.0.1")
+    access.beat(operator.key)
+    viewers = [access.enter(access.viewer_token, f"10.0.1.{number % 2}") for number in range(16)]
+    waits = {each.key: [] for each in (operator, *viewers)}
+
+    async def application(scope, receive, _send):
+        while now < seconds:
+            waits[scope["tumble.browser"].key].append(-(await receive())["came"] + now)
+
+    gate = Gate(application, access, BenchSettings(folder=Path(), host="10.0.0.9"))
+
+    def connected(browser, text):
+        async def receive():
+            await others_run(0)
+            return {"type": "websocket.receive", "text": text, "came": now}
+
+        headers = [(b"host", b"bench"), (b"origin", b"http://bench")]
+        cookie = f"{access.cookie_of(browser.rank)}={browser.key}".encode()
+        scope = {"type": "websocket", "headers": [*headers, (b"cookie", cookie)], "client": ("", 0)}
+        return gate(scope, receive, None)
+
+    async def flood():
+        large = "x" * guest_work.WORK_OF_A_MESSAGE * 9
+        await asyncio.gather(connected(operator, large), *(connected(each, large) for each in viewers))
+
+    asyncio.run(flood())
+    most = guest_work.MOST_WORK_OF_MESSAGES + seconds * guest_work.WORK_A_SECOND
+    guests = sum(len(waits[each.key]) for each in viewers)
+    assert 0.9 * most / 10 < guests < most / 10 + len(viewers) + 1
+    assert max(waits[operator.key]) == 0.0

@@ -107,3 +107,14 @@ def test_a_silent_and_a_lying_server_are_told_apart(monkeypatch, answer):
     with serving(answer) as port:
         done = typed("registry", "list", "--registry", f"postgresql://u@127.0.0.1:{port}/lab")
     assert ("sent what is no answer" in done.err) is bool(answer), done.err
+    assert ("sends no whole answer within 0.2 s" in done.err) is not bool(answer), done.err
+
+
+def test_rows_without_end_are_given_up(monkeypatch):
+    monkeypatch.setattr(database, "_LARGEST_ANSWER", 64 << 20)
+    column = struct.pack("!H", 1) + b"a\0" + struct.pack("!IHIhih", 0, 0, TEXT, -1, -1, 0)
+    field = message(b"D", struct.pack("!Hi", 1, 1 << 16) + bytes(b"x" * (1 << 16)))
+    with serving(message(b"T", column) + 2000 * field) as port:  # and never an end
+        done = typed("registry", "list", "--registry", f"postgresql://u@127.0.0.1:{port}/lab")
+    assert done.code == 2
+    assert "sends an answer of more than 64 MiB" in one_line(done.err)

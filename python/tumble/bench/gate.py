@@ -17,7 +17,7 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 from tumble.bench.access import Access, Browser
 from tumble.bench.authority import acting
 from tumble.bench.cookies import cookie_values
-from tumble.bench.guest_work import WORK_OF_A_PAGE, GuestWork
+from tumble.bench.guest_work import MOST_WORK_OF_MESSAGES, WORK_OF_A_MESSAGE, WORK_OF_A_PAGE, GuestWork
 from tumble.bench.settings import LOOPBACK, BenchSettings
 from tumble.foundation.numbers import whole_number
 
@@ -73,6 +73,7 @@ class Gate:
         self._sockets: list[Browser] = []
         """Browser of each open socket."""
         self._guests = GuestWork()
+        self._messages = GuestWork(MOST_WORK_OF_MESSAGES)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serves one request, or refuses it."""
@@ -93,9 +94,17 @@ class Gate:
         scope[BROWSER] = browser
         try:
             with acting(partial(self._access.operates, browser.key)):
-                await self.app(scope, receive, send)
+                await self.app(scope, partial(self._message, browser, receive), send)
         finally:
             self._sockets.remove(browser)
+
+    async def _message(self, browser: Browser, receive: Receive) -> MutableMapping[str, Any]:
+        """Receives a message; those of guests wait, unread, until there is time for them."""
+        message = await receive()
+        size = len(message.get("text") or message.get("bytes") or "")
+        if size and not self._access.operates(browser.key):
+            await self._messages.begin(_group(browser), 1 + size // WORK_OF_A_MESSAGE)
+        return message
 
     async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
         method, path = scope["method"], scope["path"]
@@ -114,8 +123,7 @@ class Gate:
                 return
             scope[BROWSER] = browser
             if not self._access.operates(browser.key):
-                group = browser.address if browser.rank == "viewer" else browser.key
-                await self._guests.begin(group, 1 if path.startswith(_FILES) else WORK_OF_A_PAGE)
+                await self._guests.begin(_group(browser), 1 if path.startswith(_FILES) else WORK_OF_A_PAGE)
             with acting(partial(self._access.operates, browser.key)):
                 await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
         else:
@@ -207,6 +215,11 @@ class _Guarded:
         self._start = None
         await self._send(start)
         return {"type": "http.response.body", "body": body}
+
+
+def _group(browser: Browser) -> str:
+    """Returns the group of guests that waits in one line: all that only look on one computer."""
+    return browser.address if browser.rank == "viewer" else browser.key
 
 
 def _policy(nonce: str) -> str:

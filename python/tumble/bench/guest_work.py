@@ -1,7 +1,8 @@
 """Work for browsers that do not hold the bench: so much at once, then a rate that leaves time for the run.
 
-To build a page takes a thousand times as long as to ask for it, and whoever asks again and again would take
-the time of the server, which reads samples, and its memory.
+To build a page takes a thousand times as long as to ask for it, and to take a message apart ten times as long
+as to send it. Whoever asks again and again would take the time of the server, which reads samples and stops
+tables, and its memory.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ WORK_OF_A_PAGE = 10
 """Work of a page that is built, in files that are sent; a page takes 21 ms of a processor."""
 MOST_WORK = 1000
 """Work at once: 20 pages, with the files of each."""
+WORK_OF_A_MESSAGE = 8192
+"""Bytes of a message on a socket that are taken apart as long as a file of a page is sent."""
+MOST_WORK_OF_MESSAGES = 100
+"""Work at once: a fifth of a second in which no message of the operator is seen."""
 WORK_A_SECOND = 100
 """Work a second after that: a fifth of a processor, and 10 pages."""
 
@@ -22,8 +27,8 @@ WORK_A_SECOND = 100
 class GuestWork:
     """Gives turns to guests once too much was asked for; each group of them waits in a line of its own."""
 
-    def __init__(self) -> None:
-        self._left = float(MOST_WORK)
+    def __init__(self, most: int = MOST_WORK) -> None:
+        self._most = self._left = float(most)
         self._seen = clock.now()
         self._lines: dict[str, asyncio.Lock] = {}
         self._waiting: Counter[str] = Counter()
@@ -47,7 +52,7 @@ class GuestWork:
     def _is_taken(self, work: int) -> bool:
         """Takes the time for work where there is some left."""
         now = clock.now()
-        self._left = min(float(MOST_WORK), self._left + (now - self._seen) * WORK_A_SECOND)
+        self._left = min(self._most, self._left + (now - self._seen) * WORK_A_SECOND)
         self._seen = now
         if self._left < work:
             return False

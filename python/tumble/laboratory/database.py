@@ -25,6 +25,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
+from tumble.foundation.bounded_answer import bounded_answer
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import whole_number
 from tumble.laboratory.address import RegistryAddress
@@ -37,6 +38,8 @@ _CONNECTING = 10
 """s to wait for a server."""
 _ANSWERING = 4.0 * PATIENCE
 """s to wait for the whole answer to a statement."""
+_LARGEST_ANSWER = 1 << 30
+"""Bytes of memory for that answer; long ones are asked for a thousand rows at a time."""
 _LOCK = 0x74756D626C65
 """Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
 _DAMAGED = ("not a database", "malformed", "corrupt", "can't decode")
@@ -255,11 +258,19 @@ def _no_answer(address: RegistryAddress, error: BaseException) -> RegistryError:
 
 def _limited_connection() -> Any:  # noqa: ANN401 - psycopg is imported where it is needed
     from psycopg import Connection as Line
+    from psycopg import OperationalError
 
     class LimitedConnection(Line[Any]):
-        """A connection on which an answer comes in time, or is an error."""
+        """A connection on which an answer comes in time, of a bounded size, or is an error."""
 
         def wait(self, gen: Any, interval: float = 0.1, timeout: float | None = None) -> Any:  # noqa: ANN401
-            return super().wait(gen, interval, _ANSWERING if timeout is None else timeout)
+            if timeout is not None:
+                return super().wait(gen, interval, timeout)
+            try:
+                return super().wait(bounded_answer(gen, _ANSWERING, _LARGEST_ANSWER), interval)
+            except (TimeoutError, MemoryError) as error:
+                # The server goes on with its answer, so that nothing more can be asked of it.
+                self.pgconn.finish()
+                raise OperationalError(str(error)) from error
 
     return LimitedConnection
