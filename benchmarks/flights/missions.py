@@ -13,6 +13,7 @@ from benchmarks.flights.units import (
     Shaking,
     Unit,
     digitised,
+    draw_pace,
     draw_thermometer,
     draw_unit,
     read,
@@ -101,6 +102,9 @@ class Mission:
     seed: int
     kind: Drawn
     rates_hz: tuple[float, ...]
+    """Stated."""
+    paces_hz: tuple[float, ...]
+    """At which the units sample."""
     faults: tuple[PlacedFault, ...]
     motions: FloatArray
     duration: float
@@ -126,8 +130,8 @@ class Mission:
         random = np.random.default_rng([self.seed, 3])
         warmth = np.random.default_rng([self.seed, 4])
         units = tuple(
-            replace(draw_unit(random, rate, number), thermometer=draw_thermometer(warmth))
-            for number, rate in enumerate(self.rates_hz)
+            replace(draw_unit(random, rate, number, pace), thermometer=draw_thermometer(warmth))
+            for number, (rate, pace) in enumerate(zip(self.rates_hz, self.paces_hz, strict=True))
         )
         if not self.has_aged:
             return None, self._flown(random, units)
@@ -168,6 +172,8 @@ def draw(seed: int) -> Mission:
     one = random.random() < ONE_RATE
     rates = tuple(float(each) for each in random.choice(RATES_HZ, 1 if one else count))
     rates = rates * count if one else rates
+    crystals = np.random.default_rng([seed, 5])
+    paces = tuple(draw_pace(crystals, rate) for rate in rates)
     has_aged = bool(random.random() < TWO_FLIGHTS)
     span = FAULT_SECONDS_AGED if has_aged else FAULT_SECONDS
     start = 0.0 if kind == "wrong sign" else random.uniform(*span)
@@ -178,10 +184,11 @@ def draw(seed: int) -> Mission:
         seed=seed,
         kind=kind,
         rates_hz=rates,
+        paces_hz=paces,
         faults=_faults(random, kind, count, start, float(strongest)),
         motions=drawn_motions(random, duration),
         duration=float(duration),
-        shaking=_shaking(random, rates, float(strongest)),
+        shaking=_shaking(random, paces, float(strongest)),
         warming=float(random.uniform(0.0, warmest)),
         has_aged=has_aged,
         all_stall=bool(random.random() < STALLS),
@@ -217,13 +224,13 @@ def _faults(
     )
 
 
-def _shaking(random: np.random.Generator, rates: tuple[float, ...], strongest: float) -> Shaking:
+def _shaking(random: np.random.Generator, paces: tuple[float, ...], strongest: float) -> Shaking:
     count = int(random.choice(LINES))
     aliased = random.random() < ALIASED
     lines = []
     for number in range(count):
         wander = float(random.uniform(0.0, 0.004))
-        frequency = _frequency(random, rates, aliased and number == 0, wander)
+        frequency = _frequency(random, paces, aliased and number == 0, wander)
         size = strongest / (1.0 + number)
         lines.append(
             Line(
@@ -240,17 +247,17 @@ def _shaking(random: np.random.Generator, rates: tuple[float, ...], strongest: f
     return Shaking(tuple(lines), float(random.uniform(0.005, 0.05)) if random.random() < IDLING else 0.0)
 
 
-def _frequency(random: np.random.Generator, rates: tuple[float, ...], aliased: bool, wander: float) -> float:
+def _frequency(random: np.random.Generator, paces: tuple[float, ...], aliased: bool, wander: float) -> float:
     """Draws a line, Hz, that no unit aliases to a standstill."""
-    slow = [rate for rate in rates if rate <= LINE_HZ[1]]
+    slow = [pace for pace in paces if pace <= LINE_HZ[1]]
     while True:
         frequency = float(np.exp(random.uniform(*np.log(LINE_HZ))))
         if aliased and slow:
-            rate = float(random.choice(slow))
-            nearest = max(1.0, round(frequency / rate)) * rate
+            pace = float(random.choice(slow))
+            nearest = max(1.0, round(frequency / pace)) * pace
             frequency = nearest + float(random.choice([-1.0, 1.0]) * random.uniform(*ALIAS_HZ))
-        margins = [min(CLEAR_HZ + wander * frequency, rate / 6.0) for rate in rates]
-        apart = [abs(frequency - round(frequency / rate) * rate) for rate in rates]
+        margins = [min(CLEAR_HZ + wander * frequency, pace / 6.0) for pace in paces]
+        apart = [abs(frequency - round(frequency / pace) * pace) for pace in paces]
         if all(one > other for one, other in zip(apart, margins, strict=True)):
             return frequency
 

@@ -152,6 +152,9 @@ class Unit:
     """A unit, and what is stated of it."""
 
     rate_hz: float
+    """Stated."""
+    pace_hz: float
+    """At which it samples."""
     bandwidth: float
     """Hz."""
     turn: FloatArray
@@ -198,14 +201,20 @@ class Unit:
         }
 
 
-def draw_unit(random: np.random.Generator, rate_hz: float, number: int) -> Unit:
-    """Draws a unit; that of number 0 is the primary, which has been calibrated."""
+def draw_pace(random: np.random.Generator, rate_hz: float) -> float:
+    """Draws the rate, Hz, at which a unit samples that states `rate_hz`: its crystal is its own."""
+    return float(rate_hz * (1.0 + PACE * random.standard_normal()))
+
+
+def draw_unit(random: np.random.Generator, rate_hz: float, number: int, pace_hz: float) -> Unit:
+    """Draws a unit that samples at a pace; that of number 0 is the primary, which has been calibrated."""
     turn = np.eye(3) if number == 0 else _mounting(random)
     widest = rate_hz * random.uniform(*BANDWIDTH)
     bandwidth = 4.0 * rate_hz if random.random() < UNFILTERED else min(widest, LARGEST_BANDWIDTH)
     arm = np.zeros(3) if number == 0 else random.uniform(-ARM, ARM, 3)
     return Unit(
         rate_hz=rate_hz,
+        pace_hz=pace_hz,
         bandwidth=bandwidth,
         turn=turn,
         triads=_triads(random, turn, number, RANGES[int(random.integers(len(RANGES)))]),
@@ -264,9 +273,8 @@ def _mounting(random: np.random.Generator) -> FloatArray:
 
 def read(random: np.random.Generator, unit: Unit, body: Body, shaking: Shaking, warming: float) -> Samples:
     """Returns what a unit reads, before resolution and range: faults come before these."""
-    pace = unit.rate_hz * (1.0 + PACE * random.standard_normal())
-    count = int((body.time[-3] - 1.0 / pace) * pace)
-    instants = np.asarray((np.arange(count) + random.random()) / pace)
+    count = int((body.time[-3] - 1.0 / unit.pace_hz) * unit.pace_hz)
+    instants = np.asarray((np.arange(count) + random.random()) / unit.pace_hz)
     late = np.clip(random.standard_normal(count), -3.0, 3.0) * unit.jitter
     felt = body.at(instants, unit.arm)
     shaken = shaking.felt(random, body, instants, unit.bandwidth)

@@ -94,7 +94,7 @@ def test_a_place_on_an_arm_feels_what_its_path_says(body):
 
 def test_a_line_above_half_the_rate_is_aliased_not_lost(body):
     random = np.random.default_rng(3)
-    unit = replace(draw_unit(random, 100.0, 0), bandwidth=1e6, jitter=0.0)
+    unit = replace(draw_unit(random, 100.0, 0, 100.0), bandwidth=1e6, jitter=0.0)
     unit = replace(unit, triads={n: replace(t, density=0.0) for n, t in unit.triads.items()})
     line = Line(103.0, 0.0, 10.0, (np.array([5.0, 0.0, 0.0]), NOWHERE), (NOWHERE, NOWHERE))
     calm = read(np.random.default_rng(4), unit, body, STILL, 0.0)
@@ -110,7 +110,7 @@ def test_a_line_above_half_the_rate_is_aliased_not_lost(body):
 
 def test_readings_come_in_steps_within_the_range():
     print("seed 5")
-    unit = draw_unit(np.random.default_rng(5), 100.0, 1)
+    unit = draw_unit(np.random.default_rng(5), 100.0, 1, 100.0)
     time = np.arange(50) / 100.0
     given = digitised(Samples(time, time, *(np.random.default_rng(6).normal(0.0, 500.0, (2, 50, 3)))), unit)
     for name, triad in unit.triads.items():
@@ -140,10 +140,10 @@ def test_every_second_sample_is_a_copy_where_samples_are_duplicated():
 def test_a_seed_is_one_mission_and_no_line_is_aliased_to_a_standstill(seed):
     mission = draw(seed)
     assert mission.kind == CYCLE[seed]
-    assert draw(seed).rates_hz == mission.rates_hz
+    assert draw(seed).paces_hz == mission.paces_hz
     for line in mission.shaking.lines:
-        for rate in mission.rates_hz:
-            assert abs(line.frequency - round(line.frequency / rate) * rate) > min(0.8, rate / 6.0) - 1e-9
+        for pace in mission.paces_hz:
+            assert abs(line.frequency - round(line.frequency / pace) * pace) > min(0.8, pace / 6.0) - 1e-9
     if mission.kind == "two faults":
         first, second = mission.faults
         assert first.unit != second.unit
@@ -157,6 +157,7 @@ def test_logs_hold_what_the_units_read_to_the_microsecond(tmp_path):
     logs, _ = write(flight, tmp_path)
     table = pq.read_table(logs[1])
     np.testing.assert_allclose(1e-6 * table["time_us"].to_numpy(), flight.recorded[1].time, atol=5.1e-7)
+    assert 1.0 / np.diff(flight.recorded[1].arrival).min() == pytest.approx(draw(seed).paces_hz[1])
     np.testing.assert_allclose(table["ay"].to_numpy(), flight.recorded[1].specific_force[:, 1], rtol=1e-6)
 
 

@@ -106,7 +106,7 @@ def test_a_unit_that_dies_in_a_log_of_two_is_named():
     print("seed 21")
     random = np.random.default_rng(21)
     body = fly(random, np.array([[8.0, 40.0]]), 50.0, 0.05)
-    units = [draw_unit(random, 100.0, 0) for _ in range(2)]
+    units = [draw_unit(random, 100.0, 0, 100.0) for _ in range(2)]
     samples = [digitised(read(random, unit, body, Shaking((), 0.0), 0.0), unit) for unit in units]
     found = flight_logs.faulted(samples, "dead", 1, (0, 0))
     assert (found["outcome"], found["units"]) == ("right", 2)

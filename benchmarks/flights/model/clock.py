@@ -1,7 +1,8 @@
 """Clocks of secondaries beside the primary's: a delay and its rate, from angular rates of windows.
 
 The first span finds the delay among whole windows, every later one corrects it and its rate by least squares
-along the derivative. A span that contradicts them is left out: a clock that jumps, or a fault, is no drift.
+along the derivative, beside a matrix and a bias. A span that contradicts them is left out: a clock that
+jumps, or a fault, is no drift.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.flights.model.error import GYROSCOPE_SIGMA, UNCALIBRATED
 from benchmarks.flights.model.window import HOP, UnitWindows, averaged
 from benchmarks.redundancy_set import Samples
 from tumble.foundation.recording import FloatArray
@@ -167,11 +169,28 @@ def _left(primary: UnitWindows, unit: UnitWindows, start: int, end: int) -> tupl
     count = int(both.sum())
     if 2 * count < end - start:
         return None
+    motion = wanted[both]
     apart, along = (given - wanted)[both], 0.5 * (changed + change)[both]
-    apart, along = apart - apart.mean(axis=0), along - along.mean(axis=0)
-    if np.sum(apart**2) > SHARED * np.sum((wanted[both] - wanted[both].mean(axis=0)) ** 2):
+    explained = np.column_stack([motion, np.ones(count)]) / GYROSCOPE_SIGMA
+    apart, along = _unexplained(explained, apart / GYROSCOPE_SIGMA, along / GYROSCOPE_SIGMA)
+    square = GYROSCOPE_SIGMA**2 * float(np.sum(apart**2))
+    if square > SHARED * np.sum((motion - motion.mean(axis=0)) ** 2):
         return None
-    motion, product = float(np.sum(along**2)), float(np.sum(apart * along))
-    left = float(np.sum(apart**2)) - product**2 / max(motion, 1e-12)
-    sigma = float(np.sqrt(CORRELATED * max(left, 0.0) / (3.0 * count * max(motion, 1e-12))))
-    return (-product / motion, sigma) if sigma < SIGNIFICANT else None
+    squares, product = max(float(np.sum(along**2)), 1e-6), float(np.sum(apart * along))
+    left = max(float(np.sum(apart**2)) - product**2 / squares, 0.0)
+    sigma = float(np.sqrt(CORRELATED * left / (3.0 * count * squares)))
+    return (-product / squares, sigma) if sigma < SIGNIFICANT else None
+
+
+def _unexplained(design: FloatArray, *values: FloatArray) -> tuple[FloatArray, ...]:
+    """Returns what a matrix and a bias, each known beforehand, leave of values (m, 3) and of its prior.
+
+    Without these, a turn of an axis looks like a delay in motion that goes round. Sums of squares and of
+    products of what is left are those of least squares with the prior.
+    """
+    sigmas = np.array([*3 * [UNCALIBRATED.matrix], UNCALIBRATED.gyroscope_bias])
+    rows = np.vstack([np.diag(1.0 / sigmas), design])
+    across = np.linalg.qr(rows)[0]
+    zeros = np.zeros((len(sigmas), 3))
+    padded = [np.vstack([zeros, each]) for each in values]
+    return tuple(each - across @ (across.T @ each) for each in padded)

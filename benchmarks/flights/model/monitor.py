@@ -105,7 +105,6 @@ class Monitor:
         self.aliased = Aliased(self.runs, self.units)
         self.errors = self.stored = errors
         self.learnt = np.zeros(self.runs, dtype=bool)
-        self.moved = np.zeros(self.runs, dtype=bool)
         self.limits = Limits(pairs, self.units, self.runs)
         self.beyond = np.zeros((self.runs, self.units), dtype=bool)
         self.agreed_since = np.zeros((self.runs, self.units))
@@ -182,10 +181,12 @@ class Monitor:
             self._commit(step + 1)
 
     def _forget(self, step: int) -> None:
-        """Forgets what pairs differed by before their clocks were one: that is no deviation."""
+        """Forgets what pairs differed by before their clocks were one, and how much: that is no deviation."""
         if step:
             became = (self.delayed[step] < clock.SIGNIFICANT) & (self.delayed[step - 1] >= clock.SIGNIFICANT)
-            self.test.means.difference.forget(became[:, self.test.first] | became[:, self.test.second])
+            pairs = became[:, self.test.first] | became[:, self.test.second]
+            self.test.means.difference.forget(pairs)
+            self.test.forget_noise(pairs)
 
     def _active(self, now: float) -> NDArray[np.bool_]:
         return ~self.voted_out & (now >= self.own_until)
@@ -331,12 +332,9 @@ class Monitor:
             self.test.means.move(before, self.errors)
             # A rest is known a second after it began.
             motion = block.motion & done.motion
-            first = motion & timed.any(axis=1) & ~self.moved
-            self.moved |= first
-            self.test.forget_noise(first)
             # Noise of motion is none of a rest, which would let it fall.
-            pairs = timed[:, self.test.first] & timed[:, self.test.second]
-            self.test.learn(block.noise, seconds, pairs & (motion | ~self.moved)[:, None])
+            pairs = calm[:, self.test.first] & calm[:, self.test.second]
+            self.test.learn(block.noise, seconds, pairs & motion[:, None])
             has_moved = self.own.kinds[0][..., 0] > 0.0
             self.own.learn(seconds, calm, motion, block.rest)
             self.rests.learn(calm)

@@ -31,6 +31,8 @@ USABLE = 0.6
 """Share of the windows of a mean that must be whole."""
 LEARNT_SECONDS = (4.0, 12.0)
 """Time constants with which the usual noise rises and falls."""
+WANDERS = 0.25
+"""Share of the variance of white noise that the mean over any scale has at least: aliases wander."""
 CLIPPED = 9.0
 """Variances beyond which a deviation adds no more to the usual noise."""
 DIFFERENCED = 5
@@ -100,6 +102,8 @@ class Comparison:
     """(s, b, p, 2, 3) m/s^2 and rad/s: without what errors and delays explain."""
     uncertainty: FloatArray
     """(s, b, p, 2, 3) variance of the errors of both units along this motion."""
+    noise: FloatArray
+    """(s, b, p, 2, 3) usual variance, as vibration raises it."""
     ratio: FloatArray
     """(s, b, p, 2) sigmas of the deviation over the limit; 0 where the means are not usable."""
     is_usable: NDArray[np.bool_]
@@ -139,11 +143,12 @@ class PairTest:
         left = (np.array(NONLINEAR)[:, None] ** 2) * np.sum(slow**2, axis=-1, keepdims=True)
         limits = np.array(LIMITS)[:, None, None, None, None]
         floor = (np.array(FLOOR)[:, None] / limits) ** 2
-        noise = self.noise * np.maximum(shaking, 1.0)[:, :, None, :, None]
+        white = WANDERS * self.noise[:1] / scales[..., None, None]
+        noise = np.maximum(self.noise, white) * np.maximum(shaking, 1.0)[:, :, None, :, None]
         curved = self._curved(motion[..., MOTION:] / scales)
         squares = np.sum(deviation**2 / (noise + floor + uncertainty + left + curved), axis=-1)
         ratio = np.where(usable[..., None], np.sqrt(squares) / limits[..., 0], 0.0)
-        return Comparison(deviation, uncertainty, ratio, usable)
+        return Comparison(deviation, uncertainty, noise, ratio, usable)
 
     def _uncertainty(self, errors: Errors, mean: FloatArray) -> FloatArray:
         """Variance (s, b, p, 2, 3) of both units' errors along the motion of the set (s, b, 18)."""
@@ -161,7 +166,7 @@ class PairTest:
 
     def note(self, comparison: Comparison) -> None:
         """Adds a comparison to the block."""
-        clipped = np.minimum(comparison.deviation**2, CLIPPED * (self.noise + comparison.uncertainty))
+        clipped = np.minimum(comparison.deviation**2, CLIPPED * (comparison.noise + comparison.uncertainty))
         usable = comparison.is_usable[..., None, None]
         self._sums[0] += np.where(usable, clipped, 0.0)
         self._sums[1] += np.where(usable, comparison.deviation, 0.0)
@@ -181,7 +186,7 @@ class PairTest:
         self.noise += np.where(some, rate * (target - self.noise), 0.0)
 
     def forget_noise(self, chosen: NDArray[np.bool_]) -> None:
-        """Begins to learn the noise anew, in runs (b,) that move for the first time."""
+        """Begins to learn the noise anew, of pairs (b, p)."""
         self.blocks[:, chosen] = FIRST_BLOCKS
 
     def taken(self) -> FloatArray:

@@ -1,10 +1,13 @@
 //! Clock of a secondary beside the primary's: a delay and its rate, from angular rates of windows.
 //!
 //! The first span finds the delay among whole windows, every later one corrects it and its rate by least squares along the
-//! derivative (docs/theory/set.md, section 8). A span that contradicts them is left out: a clock that jumps, or a fault, is
+//! derivative, beside a matrix and a bias (docs/theory/set.md, section 8). A span that contradicts them is left out: a clock that jumps, or a fault, is
 //! no drift.
 
-use super::table::{APPLIED, CLOCK_SIGMAS, CONTRADICTED, HOP, HOP_SECONDS, SHARED, SIGNIFICANT, SPANS};
+use super::table::{
+    APPLIED, CLOCK_SIGMAS, CONTRADICTED, HOP, HOP_SECONDS, SHARED, SIGMAS, SIGNIFICANT, SPANS, UNCALIBRATED,
+};
+use super::triangle::InformationTriangle;
 use super::window::UnitWindow;
 use crate::real::{Real, count, real, seconds};
 use crate::redundancy::components::larger;
@@ -74,12 +77,16 @@ struct DelaySearch<T: Real> {
     motion: VectorScatter<T>,
 }
 
-/// Differences of rates, their derivatives, and the sum of the products of these.
+/// Differences of rates and their derivatives, and what a matrix and a bias leave of both: without these, a turn of an axis
+/// looks like a delay in motion that goes round (docs/theory/set.md, eq. 26).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DelayFit<T: Real> {
-    differences: VectorScatter<T>,
-    derivatives: VectorScatter<T>,
+    /// Rows of rates and 1, with differences and derivatives as right sides.
+    explained: InformationTriangle<T, 4, 6, 34>,
     motion: VectorScatter<T>,
+    /// Sums of squares of what is left of differences and of derivatives, and of the products of both.
+    apart: T,
+    along: T,
     products: T,
 }
 
@@ -262,10 +269,14 @@ impl<T: Real> SpanSums<T> {
     }
 
     fn correcting() -> Self {
+        let of_matrix = real::<T>(UNCALIBRATED.matrix);
+        let [_, bias] = UNCALIBRATED.bias.map(real::<T>);
+        let sigmas = [of_matrix, of_matrix, of_matrix, bias];
         Self::DelayFit(DelayFit {
-            differences: VectorScatter::none(),
-            derivatives: VectorScatter::none(),
+            explained: InformationTriangle::independent(&[[T::zero(); 6]; 4], &sigmas),
             motion: VectorScatter::none(),
+            apart: T::zero(),
+            along: T::zero(),
             products: T::zero(),
         })
     }
@@ -320,32 +331,40 @@ impl<T: Real> DelaySearch<T> {
 impl<T: Real> DelayFit<T> {
     fn take(&mut self, rates: [WholeRate<T>; 2], primary: &UnitWindow<T>, unit: &UnitWindow<T>) {
         if let [Some(wanted), Some(given)] = rates {
-            let apart = minus(&given, &wanted);
             let half = real::<T>(0.5);
             let [_, _, _, a, b, c] = primary.change;
             let [_, _, _, x, y, z] = unit.change;
             let along = [(a + x) * half, (b + y) * half, (c + z) * half];
+            let [_, sigma] = SIGMAS;
+            let weight = real::<T>(1.0 / sigma);
+            let mut row = [T::zero(); 10];
+            let values = wanted.into_iter().chain([T::one()]);
+            let values = values.chain(minus(&given, &wanted)).chain(along);
+            row.iter_mut()
+                .zip(values)
+                .for_each(|(to, value)| *to = value * weight);
+            self.explained.add(&mut row); // what is left stands in its right sides
+            let [_, _, _, _, a, b, c, x, y, z] = row;
+            let (apart, along) = ([a, b, c], [x, y, z]);
+            self.apart += dot(&apart, &apart);
+            self.along += dot(&along, &along);
             self.products += dot(&apart, &along);
-            self.differences.take(apart);
-            self.derivatives.take(along);
             self.motion.take(wanted);
         }
     }
 
-    /// s, and 1 sigma of it; `None` where the motion of so many windows is too little (eq. 26).
+    /// s, and 1 sigma of it; `None` where the motion of so many windows is too little (eq. 26a).
     fn delay(&self, windows: u32) -> Option<(T, T)> {
-        let vectors = u32::from(self.differences.vectors);
-        let apart = self.differences.mean_square(windows)?;
-        let along = self.derivatives.mean_square(windows)?;
-        if apart > real::<T>(SHARED) * self.motion.mean_square(windows)? {
+        let [_, sigma] = SIGMAS;
+        let variance = real::<T>(sigma * sigma);
+        let vectors = count::<T>(self.motion.vectors.into());
+        if self.apart * variance > real::<T>(SHARED) * vectors * self.motion.mean_square(windows)? {
             return None;
         }
-        let share = T::one() / count(vectors.max(1));
-        let product = (self.products - dot(&self.differences.sum, &self.derivatives.sum) * share) * share;
-        let motion = larger(along, real(1e-12));
-        let left = larger(apart - product * product / motion, T::zero());
-        let sigma = (real::<T>(CORRELATED / 3.0) * left * share / motion).square_root();
-        (sigma < real(SIGNIFICANT)).then(|| (-product / motion, sigma))
+        let along = larger(self.along, real(1e-6));
+        let left = larger(self.apart - self.products * self.products / along, T::zero());
+        let sigma = (real::<T>(CORRELATED / 3.0) * left / (vectors * along)).square_root();
+        (sigma < real(SIGNIFICANT)).then(|| (-self.products / along, sigma))
     }
 }
 

@@ -116,7 +116,6 @@ where
     voted_out: UnitSet,
     beyond: UnitSet,
     has_learnt: bool,
-    has_moved: bool,
     disputed_since: OptionalTime,
     disputed_last: OptionalTime,
     source: Option<Option<u8>>,
@@ -171,7 +170,6 @@ where
             voted_out: UnitSet::default(),
             beyond: UnitSet::default(),
             has_learnt: false,
-            has_moved: false,
             disputed_since: OptionalTime::NONE,
             disputed_last: OptionalTime::NONE,
             source: None,
@@ -655,15 +653,9 @@ where
         self.has_learnt |= timed.count() > 0;
         // A rest is known a second after it began.
         let was_motion = before.as_ref().is_some_and(|block| block.is_motion) && done.is_motion;
-        let moves_first = was_motion && timed.count() > 0 && !self.has_moved;
-        self.has_moved |= moves_first;
         // Noise of motion is none of a rest, which would let it fall.
-        let learns = was_motion || !self.has_moved;
         for (pair, units) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
-            if moves_first {
-                pair.test.forget_noise();
-            }
-            pair.test.end_block(learns && timed.contain_both(units));
+            pair.test.end_block(was_motion && calm.contain_both(units));
         }
         for (number, unit) in self.units.iter_mut().enumerate() {
             unit.own.end_block(calm.contains(number));

@@ -4,7 +4,7 @@ use super::means::{LeakyMean, LeakyMeans};
 use super::motion::{MOTION, MotionOfSet};
 use super::table::{
     BETWEEN, BLOCK, BLOCK_SECONDS, CLIPPED, COUNT, DELAYED, DIFFERENCED, FIRST_NOISE, FLOOR, HOP_SECONDS,
-    LEARNT_SECONDS, LEAST_NOISE, LIMITS, NONLINEAR, SCALES,
+    LEARNT_SECONDS, LEAST_NOISE, LIMITS, NONLINEAR, SCALES, WANDERS,
 };
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{larger, smaller};
@@ -194,9 +194,11 @@ impl<T: Real> PairTest<T> {
         self.difference.take(Some(&values));
     }
 
-    /// Forgets what the pair differed by before its clocks were one: a delay that is known is no deviation.
+    /// Forgets what the pair differed by before its clocks were one, and learns its noise anew: a delay that is known is no
+    /// deviation.
     pub fn forget(&mut self) {
         self.difference.forget();
+        self.blocks = [0; COUNT];
     }
 
     /// Moves the mean of a scale by what a change of the errors of both units explains, so that nothing steps.
@@ -221,10 +223,8 @@ impl<T: Real> PairTest<T> {
             deviation: [[T::zero(); 3]; 2],
             ratio: [T::zero(); 2],
         };
-        let (Some(mean), Some(noise)) = (
-            self.difference.scales().get(at.scale),
-            self.noise.get(at.scale).copied(),
-        ) else {
+        let (Some(mean), Some(noise)) = (self.difference.scales().get(at.scale), self.usual_noise(at.scale))
+        else {
             return found;
         };
         let is_usable = mean.is_usable();
@@ -236,6 +236,7 @@ impl<T: Real> PairTest<T> {
         let curved = curvature(at, timing);
         let nonlinear = at.nonlinear();
         let mut variances = [[T::zero(); 3]; 2];
+        let mut usuals = [[T::zero(); 3]; 2];
         for sensor in 0..2 {
             for axis in 0..3 {
                 variances[sensor][axis] = first[sensor][axis] + second[sensor][axis];
@@ -245,6 +246,7 @@ impl<T: Real> PairTest<T> {
             let mut squares = T::zero();
             for axis in 0..3 {
                 let usual = noise[sensor][axis] * at.shaking[sensor];
+                usuals[sensor][axis] = usual;
                 let variance = usual
                     + floor * floor
                     + variances[sensor][axis]
@@ -258,14 +260,9 @@ impl<T: Real> PairTest<T> {
             }
         }
         if is_usable {
-            self.sums.note(at.scale, &found.deviation, &variances, &noise);
+            self.sums.note(at.scale, &found.deviation, &variances, &usuals);
         }
         found
-    }
-
-    /// Begins to learn the noise anew, as motion begins for the first time.
-    pub fn forget_noise(&mut self) {
-        self.blocks = [0; COUNT];
     }
 
     /// Ends a block: its noise waits until the next one has ended in agreement. Before that, what waits is learnt, if the
@@ -292,9 +289,16 @@ impl<T: Real> PairTest<T> {
         self.sums = BlockSums::none();
     }
 
-    /// Usual variances over a scale.
-    pub fn noise(&self, scale: usize) -> [[T; 3]; 2] {
-        self.noise.get(scale).copied().unwrap_or([[T::zero(); 3]; 2])
+    /// Usual variances over a scale, and no less than a part of those of white noise with the shortest mean: a line of which the
+    /// alias wanders was quicker before (docs/theory/set.md, eq. 18a).
+    fn usual_noise(&self, scale: usize) -> Option<[[T; 3]; 2]> {
+        let (mut usual, windows) = (*self.noise.get(scale)?, SCALES.get(scale)?);
+        let [shortest, ..] = &self.noise;
+        let share = real::<T>(WANDERS) / count((*windows).into());
+        for (usual, shortest) in usual.as_flattened_mut().iter_mut().zip(shortest.as_flattened()) {
+            *usual = larger(*usual, *shortest * share);
+        }
+        Some(usual)
     }
 }
 
