@@ -188,6 +188,7 @@ lint-python:
 	$(BIN)/python scripts/write_settings.py --check
 	$(BIN)/python scripts/write_records.py --check
 	$(BIN)/python scripts/write_grades.py --check
+	$(BIN)/python scripts/draw_map.py --check
 	$(BIN)/python scripts/write_formats.py --check
 	$(BIN)/python scripts/write_catalogues.py --check
 	$(SITE)
@@ -199,6 +200,7 @@ generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made
 	$(BIN)/python scripts/write_records.py
 	$(BIN)/python scripts/write_schemas.py
 	$(BIN)/python scripts/write_grades.py
+	$(BIN)/python scripts/draw_map.py
 	$(BIN)/python scripts/write_formats.py
 	$(BIN)/python scripts/write_catalogues.py
 	$(BIN)/python -m benchmarks.report

@@ -1214,21 +1214,19 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
             f"{three_digits(1e3 * tilted['published'])} mm/s² by the published method",
         ),
         (
-            "Error of either procedure over the least that any unbiased method can reach (Cramér-Rao bound)",
+            "Error of either procedure over the least possible (Cramér-Rao bound)",
             f"**{min(ratios):.2f} to {max(ratios):.2f}**",
-            f"1 is the least; 95 % intervals hold the truth in {100 * min(covered):.0f} to "
-            f"{100 * max(covered):.0f} %",
+            f"95 % intervals hold in {100 * min(covered):.0f} to {100 * max(covered):.0f} %",
         ),
         (
-            "Redundant set with a fault in one unit, of any kind: that unit is named",
+            "Redundant set, a unit fails in any way: it is named",
             f"**{_of_each(named, 'right')}**",
-            f"a sound one first: {_of_each(named, 'wrong')}; nothing reported: {_of_each(named, 'missed')}",
+            f"a sound one: {_of_each(named, 'wrong')}",
         ),
         (
-            "Session with a drawn imperfection, negligible to gross: a number errs by more than five sigmas, "
-            "and the exit code is that of success",
+            "Session with a drawn imperfection: an error over 5 sigmas, yet exit code 0",
             f"**{silent} of {drawn}**",
-            f"without imperfection, 95 % intervals hold the truth in {100 * held:.0f} %",
+            f"without one, 95 % intervals hold in {100 * held:.0f} %",
         ),
     ):
         yield _row(cells)

@@ -396,6 +396,17 @@ def python_breaches() -> Iterator[str]:
     yield from _circles(folders)
 
 
+def uses_between_rooms() -> dict[str, set[str]]:
+    """Which rooms of the package each room imports; the native module is `_core`."""
+    found: dict[str, set[str]] = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        room = path.relative_to(PACKAGE).with_suffix("").parts[0]
+        names = (module.split(".") for _, module, _ in _imports(path))
+        used = {name[1] for name in names if name[0] == "tumble" and len(name) > 1}
+        found.setdefault(room, set()).update(used - {room})
+    return found
+
+
 def door_breaches(package: Path | None = None) -> Iterator[str]:
     """Finds files that are looked for or read, and JSON that is read, past the module that bounds it."""
     package = package or PACKAGE

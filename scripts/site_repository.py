@@ -24,6 +24,7 @@ LANGUAGES = {
     ".cpp": "cpp",
     ".hpp": "cpp",
     ".py": "python",
+    ".rs": "rust",
     ".yaml": "yaml",
     ".txt": "cmake",
 }
