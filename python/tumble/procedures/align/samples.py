@@ -11,7 +11,9 @@ from tumble import _core
 from tumble.acquisition.acquire import dead_channel
 from tumble.acquisition.duplicate_sensors import UnitHeads
 from tumble.acquisition.imu import faults_of
+from tumble.foundation.arrays import AXES
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import FloatArray, SampleProgress
 from tumble.foundation.words import count_of
@@ -74,29 +76,28 @@ def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> l
 def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     assert unit.recording is not None
     segmenter, heads = _core.Segmenter(), UnitHeads()
-    times, forces, rates = [], [], []
+    times, forces, rates = GrowingArray(), GrowingArray(AXES), GrowingArray(AXES)
     samples = 0
     stream = unit.recording.chunks()
     for chunk in stream:
         segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
         heads.push(chunk)
-        times.append(chunk.time)
-        forces.append(chunk.accelerometer)
-        rates.append(chunk.gyroscope)
+        for column, values in ((times, chunk.time), (forces, chunk.accelerometer), (rates, chunk.gyroscope)):
+            column.add(values)
         samples += len(chunk)
         progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
     if samples < 2:
         raise ProcedureError(f"{unit.name}: holds {count_of('sample', samples)}; record again")
-    time = np.concatenate(times)
-    timed = np.isfinite(time)
-    time = time[timed]
+    arrays = times.whole(), forces.whole(), rates.whole()
+    timed = np.isfinite(arrays[0])
+    time, force, rate = arrays if timed.all() else (each[timed] for each in arrays)
     _refuse_if_backwards(unit.name, time)
     acquired = segmenter.finish()
     if fault := dead_channel(faults_of(acquired), LogTime(float(time[0]))) or heads.twice():
         raise ProcedureError(f"{unit.name}: {fault}")
     bias, sigma = _bias_at_rest(acquired)
     return UnitSamples(
-        (time, np.concatenate(forces)[timed], np.concatenate(rates)[timed]),
+        (time, force, rate),
         bias,
         sigma,
         stream.counts.notices() if isinstance(stream, ChunkStream) else (),

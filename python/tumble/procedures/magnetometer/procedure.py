@@ -15,8 +15,10 @@ from tumble.acquisition.acquire import rests_of
 from tumble.acquisition.imu import digest_of, log_name
 from tumble.calibration.document import AccelerometerCalibration, Calibration
 from tumble.calibration.start import started_from
+from tumble.foundation.arrays import AXES
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
+from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.provenance import NO_LOG, LogFacts
@@ -209,17 +211,17 @@ def _resting(
     """Returns what the accelerometer shows at rests; else nothing, and the reason."""
     if "accelerometer" not in recording.metadata.triads or recording.parts:
         return None, ""
-    chunks = list(recording.chunks())
-    time, force = (
-        np.concatenate([getattr(each, name) for each in chunks]) for name in ("time", "accelerometer")
-    )
-    good = np.isfinite(time) & np.isfinite(force).all(axis=1)
-    rate = np.zeros_like(force)
-    if "gyroscope" in recording.metadata.triads:
-        rate = np.concatenate([each.gyroscope for each in chunks])
-        good &= np.isfinite(rate).all(axis=1)
+    has_gyroscope = "gyroscope" in recording.metadata.triads
+    columns = (GrowingArray(), GrowingArray(AXES), GrowingArray(AXES))
+    for chunk in recording.chunks():
+        rate = chunk.gyroscope if has_gyroscope else np.zeros_like(chunk.accelerometer)
+        readings = np.column_stack([chunk.time, chunk.accelerometer, rate])
+        good = np.isfinite(readings).all(axis=1)
+        for column, values in zip(columns, (chunk.time, chunk.accelerometer, rate), strict=True):
+            column.add(values[good])
     try:
-        figures = _core.multipose_of(time[good], force[good], rate[good], gravity, gyroscope=False)
+        time, force, rate = (each.whole() for each in columns)
+        figures = _core.multipose_of(time, force, rate, gravity, gyroscope=False)
     except _core.CoreError as error:
         return None, messages.no_rests(*error.args)
     return resting_accelerometer(figures, None if before is None else before.accelerometer), ""

@@ -28,9 +28,11 @@ from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.foundation.arrays import AXES
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
+from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.provenance import Provenance, date_now, log_digest
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
@@ -392,19 +394,18 @@ def _known(before: Calibration | None, term: str) -> FloatArray | None:
 
 def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgress | None) -> Chunk:
     """Reads all samples, those without a number left out, and holds them once."""
-    columns = tuple(bytearray() for _ in range(4))
+    columns = (GrowingArray(), GrowingArray(AXES), GrowingArray(AXES), GrowingArray())
     for chunk in unit.recording.chunks():
         good = _holds_numbers(chunk, unit)
         rate = chunk.gyroscope if "gyroscope" in unit.triads else np.zeros((len(chunk), 3))
         temperature = np.full(len(chunk), np.nan) if chunk.temperature is None else chunk.temperature
         found = (chunk.time[good], chunk.accelerometer[good], rate[good], temperature[good])
         for column, values in zip(columns, found, strict=True):
-            column += values.tobytes()
+            column.add(values)
         temperatures.add(int(good.sum()), temperature[good])
         if progress is not None:
             progress(unit.acquired.samples, None)
-    time, force, rate, temperature = map(np.frombuffer, columns)
-    return Chunk(time, force.reshape(-1, 3), rate.reshape(-1, 3), temperature)
+    return Chunk(*(column.whole() for column in columns))
 
 
 def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
