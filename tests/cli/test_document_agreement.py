@@ -20,6 +20,14 @@ def skew(section):
     section["angles"]["non-orthogonality"]["yz"] += 0.01
 
 
+def sigma_of_bias(section):
+    section["sigma"]["bias"] = [0.01 * each for each in section["sigma"]["bias"]]
+
+
+def sigma_of_mounting(section):
+    section["sigma"]["mounting"][2] *= 2.0
+
+
 def variance(section):
     section["covariance"][0][0] = -1.0
 
@@ -38,9 +46,9 @@ def gap(section):
     section["covariance"][2][3] = None
 
 
-EDITS = (angle, skew, variance, asymmetry, correlation, gap)
+EDITS = (angle, skew, sigma_of_bias, sigma_of_mounting, variance, asymmetry, correlation, gap)
 """Edits of one number or three of a section."""
-NAMED = ("angles.mounting", "angles.non-orthogonality", *["covariance"] * 4)
+NAMED = ("angles.mounting", "angles.non-orthogonality", "sigma.bias", "sigma.mounting", *["covariance"] * 4)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import certified_references as certified
 import tumble
 from compare_units import drawn, truth
 from tumble import Calibration, compare
+from tumble.calibration.triad_content import sigma_content
 
 SIGMA = 1e-3
 """1-sigma of each element of an inherited M."""
@@ -17,13 +18,12 @@ def inheriting(calibration, error, reference):
     content = calibration.content()
     section = content["gyroscope"]
     covariance = np.diag([SIGMA**2] * 9 + [0.0] * 3)
-    unknown = {"bias": [0.0] * 3, "scale": [SIGMA] * 3, "mounting": [0.0] * 3}
+    M = np.array(section["M"]) + error
     inherited = {
         "source": "certificate",
-        "sigma": {**unknown, "non-orthogonality": {"xy": 0.0, "yz": 0.0, "zx": 0.0}},
-        "covariance": covariance.tolist(),
+        "sigma": sigma_content(M, covariance),
+        "covariance": covariance,
     }
-    M = (np.array(section["M"]) + error).tolist()
     whole = {key: value for key, value in section.items() if key not in ("K", "L", "Q", "angles")}
     content["gyroscope"] = {**whole, "M": M, "inherited": inherited}
     content["reference"] = {"name": "reference", "serial": "R-1", "calibration_hash": reference}

@@ -97,4 +97,6 @@ def test_sigmas_alone_will_do_where_a_file_has_no_covariance(units):
         }
     found = compare([units[0], Calibration.model_validate(content)]).pairs[0]
     for each, other in zip(found.differences, full.differences, strict=True):
-        assert each.sigma == pytest.approx(other.sigma, rel=1e-6)
+        # Sigmas of a rotation vector alone do not show how turns about the axes go together.
+        rel = 0.1 if "mounting" in each.name else 1e-6
+        assert each.sigma == pytest.approx(other.sigma, rel=rel)

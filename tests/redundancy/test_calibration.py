@@ -120,7 +120,7 @@ def _pairs(angles):
 
 
 def _drawn(generator, error, primary):
-    """Parameters for newly drawn errors: mounting as a turn from the original."""
+    """Parameters for newly drawn errors."""
     relation = error.matrix + error.matrix_sigma * generator.standard_normal((3, 3))
     bias = error.bias + error.bias_sigma * generator.standard_normal(3)
     first, first_bias = np.eye(3), np.zeros(3)
@@ -131,14 +131,8 @@ def _drawn(generator, error, primary):
     matrix = relation @ first
     axes = matrix / np.linalg.norm(matrix, axis=1)[:, None]
     angles = np.degrees(np.arcsin([axes[0] @ axes[1], axes[1] @ axes[2], axes[2] @ axes[0]]))
-    turned = np.degrees(
-        _turn(matrix, error.matrix @ (np.eye(3) if primary is None else primary.accelerometer.M))
-    )
+    turned = Rotation.from_matrix(_mounting(matrix)).as_rotvec(degrees=True)
     return [*(relation @ first_bias + bias), *np.linalg.norm(matrix, axis=1), *angles, *turned]
-
-
-def _turn(matrix, around):
-    return Rotation.from_matrix(_mounting(matrix) @ _mounting(around).T).as_rotvec()
 
 
 def _mounting(matrix):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from made_up_calibrations import covariance_of
 from tumble.foundation.error_decomposition import mounting_angles
 from tumble.foundation.results import INTERVAL, Parameter, Rest, Trace, TriadResult
 from tumble.procedures.turntable.result import (
@@ -65,7 +66,9 @@ def triad(name="accelerometer", *, seed=1, bias_only=False):
         Q, _ = np.linalg.qr(np.eye(3) + 0.01 * random.standard_normal((3, 3)))
         Q = Q * np.sign(np.diag(Q))
     b = 0.1 * random.standard_normal(3)
-    covariance = np.diag(np.full(12, 1e-8 / 3))
+    pairs = dict.fromkeys(("xy", "yz", "zx"), 1e-3)
+    of_each = dict.fromkeys(("bias", "scale", "mounting"), np.full(3, 1e-3))
+    covariance = covariance_of({**of_each, "non-orthogonality": pairs}, K @ L @ Q)
     hidden = ("scale", "non-orthogonality", "mounting") if bias_only else ()
     if bias_only:
         covariance[:9] = np.nan

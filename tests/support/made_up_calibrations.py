@@ -8,9 +8,21 @@ from pathlib import Path
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.error_decomposition import factor_jacobian
 
 BIAS_SIGMA = 1e-3
 COMMON_SIGMA = 4e-4
+
+
+def covariance_of(sigmas, matrix=None):
+    """(12, 12) of M row by row and b that has these sigmas of bias, scale and angles, deg."""
+    angles = [*sigmas["non-orthogonality"].values(), *sigmas["mounting"]]
+    of_factors = np.concatenate([sigmas["scale"], np.radians(angles)])
+    by_factors = np.linalg.inv(factor_jacobian(np.eye(3) if matrix is None else matrix))
+    found = np.zeros((12, 12))
+    found[:9, :9] = (by_factors * of_factors**2) @ by_factors.T
+    found[9:, 9:] = np.diag(np.square(sigmas["bias"]))
+    return found
 
 
 def made_up(
@@ -34,7 +46,12 @@ def made_up(
         "non-orthogonality": dict.fromkeys(("xy", "yz", "zx"), 0.01),
         "mounting": np.full(3, 0.01),
     }
-    shared = {**sigmas, "bias": np.full(3, common)}
+    shared = {
+        "bias": np.full(3, common),
+        "scale": np.full(3, 5e-5),
+        "non-orthogonality": dict.fromkeys(("xy", "yz", "zx"), 0.005),
+        "mounting": np.full(3, 0.005),
+    }
     triad = {
         "unit": "m/s^2",
         "M": np.eye(3),
@@ -45,7 +62,7 @@ def made_up(
         },
         "sigma": sigmas,
         "estimated": ("bias", "matrix"),
-        "inherited": {"source": "calibration", "sigma": shared, "covariance": np.zeros((12, 12))},
+        "inherited": {"source": "calibration", "sigma": shared, "covariance": covariance_of(shared)},
     }
     return Calibration.model_validate(
         {

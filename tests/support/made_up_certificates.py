@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.error_decomposition import factor_jacobian
 from tumble.laboratory.certificate.model import (
     CalibratedItem,
     Certificate,
@@ -50,12 +51,25 @@ def project_file(**changed) -> str:
     return "".join(f"{name} = '{value}'\n" for name, value in (SETTINGS | changed).items())
 
 
+def sigmas_of(sigma):
+    """(12,) sigmas of bias, scale, non-orthogonality and mounting, rad."""
+    pairs = [sigma.non_orthogonality.xy, sigma.non_orthogonality.yz, sigma.non_orthogonality.zx]
+    return np.concatenate([sigma.bias, sigma.scale, np.radians([*pairs, *sigma.mounting])])
+
+
 def with_covariance(calibration: Calibration, seed: int = 1) -> Calibration:
-    """The same calibration with a full covariance of M and b."""
-    root = 1e-3 * np.random.default_rng(seed).normal(size=(12, 12))
+    """The same calibration with a full covariance of M and b, of the sigmas that it states."""
     triad = calibration.accelerometer
     assert triad is not None
-    covariance = root @ root.T
+    assert triad.sigma is not None
+    assert triad.inherited is not None
+    own = np.sqrt(sigmas_of(triad.sigma) ** 2 - sigmas_of(triad.inherited.sigma) ** 2)
+    root = np.random.default_rng(seed).normal(size=(12, 12))
+    root *= (own / np.linalg.norm(root, axis=1))[:, None]
+    by_parameters = np.zeros((12, 12))
+    by_parameters[:9, 3:] = np.linalg.inv(factor_jacobian(triad.M))
+    by_parameters[9:, :3] = np.eye(3)
+    covariance = by_parameters @ root @ root.T @ by_parameters.T
     changed = triad.model_copy(update={"covariance": (covariance + covariance.T) / 2.0})
     return calibration.model_copy(update={"accelerometer": changed})
 

@@ -22,8 +22,18 @@ fn rotation_matrix(py: Python<'_>, vector: [f64; 3]) -> Py<PyArray2<f64>> {
     array2(py, Rotation3::new(Vector3::from(vector)).matrix())
 }
 
+/// Matrix (3, 3) that leads from a small turn on the left of a rotation to the change of its vector.
+#[pyfunction]
+fn inverse_left_jacobian(py: Python<'_>, vector: [f64; 3]) -> Py<PyArray2<f64>> {
+    array2(
+        py,
+        &tumble_core::rotation::inverse_left_jacobian(&Vector3::from(vector)),
+    )
+}
+
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(rotation_vector, module)?)?;
-    module.add_function(wrap_pyfunction!(rotation_matrix, module)?)
+    module.add_function(wrap_pyfunction!(rotation_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(inverse_left_jacobian, module)?)
 }

@@ -42,7 +42,7 @@ def mounting_angles(Q: FloatArray) -> FloatArray:
 
 
 def factor_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
-    """(9,) 1-sigma of three scales, three non-orthogonalities and three turns of the mounting, rad.
+    """(9,) 1-sigma of three scales, three non-orthogonalities and the rotation vector of the mounting, rad.
 
     `covariance` (9, 9) is that of M row by row; what depends on something not finite there is NaN.
     """
@@ -51,7 +51,15 @@ def factor_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def factor_jacobian(matrix: FloatArray) -> FloatArray:
-    """(9, 9) derivatives of what `factor_sigma` gives the sigmas of, by M row by row."""
+    """(9, 9) derivatives of the numbers of `factor_sigma` by M row by row (model.md, eq. 5 to 8)."""
+    found = turn_jacobian(matrix)
+    vector = _core.rotation_vector(np.ascontiguousarray(factors(matrix)[2]))
+    found[6:] = _core.inverse_left_jacobian(vector) @ found[6:]  # eq. 8
+    return found
+
+
+def turn_jacobian(matrix: FloatArray) -> FloatArray:
+    """(9, 9) as `factor_jacobian`, with a small turn of the mounting, rad, for its rotation vector."""
     steps = _STEP * np.eye(9).reshape(9, 3, 3)
     derivatives = [
         (_factor_parameters(matrix + step, matrix) - _factor_parameters(matrix - step, matrix))

@@ -10,10 +10,10 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.error_decomposition import (
     PAIRS,
-    factor_jacobian,
     factors,
     non_orthogonality,
     propagated,
+    turn_jacobian,
 )
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS
@@ -52,7 +52,7 @@ def parameter_covariance(unit: UnitModel) -> FloatArray:
     for triad, place in PLACES.items():
         block = np.zeros((OF_A_TRIAD, OF_A_TRIAD))
         block[:3, 9:] = np.eye(3)
-        block[_MATRIX, :9] = factor_jacobian(unit.matrix(triad))
+        block[_MATRIX, :9] = turn_jacobian(unit.matrix(triad))
         jacobian[place, place] = _TO_DEGREES[:, None] * block
     return propagated(jacobian, unit.covariance)
 

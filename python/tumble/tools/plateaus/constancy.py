@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tumble import _core
-from tumble.foundation.error_decomposition import factor_jacobian
+from tumble.foundation.error_decomposition import turn_jacobian
 from tumble.foundation.recording import FloatArray
 from tumble.tools.plateaus.observation import MATRIX, Observation
 from tumble.tools.plateaus.result import Constancy
@@ -19,7 +19,7 @@ def constancies(observations: Sequence[Observation], matrix: FloatArray) -> Iter
     """Tests the angles of each kind about those of M (3, 3), where all sessions show M."""
     if not all(each.shown[MATRIX].all() for each in observations):
         return
-    jacobian = factor_jacobian(matrix)
+    jacobian = turn_jacobian(matrix)
     t = np.array([each.temperature for each in observations])
     # Scale may change: rows of each M are brought to the lengths of those of `matrix`.
     lengths = np.linalg.norm(matrix, axis=1)
