@@ -24,7 +24,7 @@ def quantise(session: Session, size: float) -> None:
         _round_noise(session, unit, (force, rate), steps)
         return steps[0] * np.round(force / steps[0]), steps[1] * np.round(rate / steps[1])
 
-    unit.reads.append(rounded)
+    unit.rounds.append(rounded)
 
 
 def print_decimals(session: Session, size: float) -> None:
@@ -33,10 +33,11 @@ def print_decimals(session: Session, size: float) -> None:
     unit.decimals = (round(size), round(size))
 
     def printed(_: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
-        _round_noise(session, unit, (force, rate), [10.0 ** -round(size)] * 2)
+        # The file has its own units.
+        _round_noise(session, unit, (force, rate), [10.0 ** -round(size) / scale for scale in unit.scale])
         return force, rate
 
-    unit.reads.append(printed)
+    unit.rounds.append(printed)
 
 
 def _round_noise(
@@ -46,9 +47,10 @@ def _round_noise(
     for triad, values, step in zip(TRIADS, read, steps, strict=True):
         if (triad, WHITE) not in unit.terms:
             continue
-        sigma = unit.noise[triad]
-        cells = step * np.arange(-10 - int(8.0 * sigma / step), 11 + int(8.0 * sigma / step))[:, None]
-        off = np.remainder(values.mean(axis=0), step)
+        sigma = unit.terms[triad, WHITE] * np.sqrt(session.rate_hz)
+        reach = 10 + int(8.0 * sigma.max() / step)
+        cells = step * np.arange(-reach, 1 + reach)[:, None]
+        off = np.remainder(np.median(values, axis=0), step)
         inside = np.diff(_normal((np.vstack([cells, cells[-1:] + step]) - 0.5 * step - off) / sigma), axis=0)
         mean = (inside * cells).sum(axis=0)
         variance = (inside * (cells - mean) ** 2).sum(axis=0)

@@ -50,6 +50,10 @@ class Unit:
         default_factory=list
     )
     """Changes of what it reads, (n, 3) each."""
+    rounds: list[Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]] = field(
+        default_factory=list
+    )
+    """Roundings of that, behind all else."""
     stamps: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
     """Changes of its time stamps, (n,) s."""
     rows: list[Callable[[list[str]], list[str]]] = field(default_factory=list)
@@ -116,7 +120,7 @@ def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generato
         seen[k] @ unit.matrix[triad].T + unit.bias[triad] + rng.normal(0.0, unit.noise[triad], seen[k].shape)
         for k, triad in enumerate(("accelerometer", "gyroscope"))
     )
-    for change in unit.reads:
+    for change in (*unit.reads, *unit.rounds):
         read = change(motion, *read)
     time = motion.time.copy()
     for stamp in unit.stamps:

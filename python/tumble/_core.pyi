@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict
 
+from typing_extensions import NotRequired
+
 from tumble.foundation.recording import FloatArray
 
 __version__: str
@@ -836,6 +838,7 @@ class SpinBlockFigures(TypedDict):
 class SpinFigures(TypedDict):
     """What one spin showed; pairs are (value, sigma), sigma infinite where not observed."""
 
+    row_factor: NotRequired[float]
     turned_clockwise: float
     turned_counter_clockwise: float
     heading_span: float

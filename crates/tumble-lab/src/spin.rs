@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use tumble_core::noise::{AllanLadder, Noise};
-use tumble_core::real::{Real, real, seconds};
+use tumble_core::real::{Real, count, real, seconds};
 use tumble_core::sample::Sample;
 use tumble_core::spin::axis::floor_frame;
 use tumble_core::spin::block::{Block, BlockBuilder};
@@ -42,6 +42,8 @@ pub struct SpinFit<T: Real> {
     pub estimate: SpinEstimate<T>,
     /// Successive blocks.
     pub blocks: Vec<FittedBlock<T>>,
+    /// Factor on the variances of the rows of the turning robot because residuals go on from one to the next; else one.
+    pub row_factor: T,
 }
 
 /// Estimates from the samples of one spin, in order of time, given when the robot stood still. Bias instability is read
@@ -56,23 +58,63 @@ pub fn fit<T: Real>(
     bias_instability: Option<(T, T)>,
     true_angle: Option<&TrueAngle<T>>,
 ) -> Result<SpinFit<T>, SpinFailure<T>> {
-    let with = |(specific_force_instability, angular_rate_instability)| SpinSettings {
-        specific_force_instability,
-        angular_rate_instability,
-        ..*settings
+    let independent = (T::zero(), T::one());
+    let with =
+        |instability, lasting| fit_once(samples.clone(), rests, settings, instability, lasting, true_angle);
+    let instability = match bias_instability {
+        Some(known) => known,
+        // The first fit is there to show the instability, and takes none for granted.
+        None => instability_of_residuals(&with((T::zero(), T::zero()), independent)?.blocks),
     };
-    if let Some(known) = bias_instability {
-        return fit_once(samples, rests, &with(known), true_angle);
+    let plain = with(instability, independent)?;
+    let lasting = lasting(&plain.blocks);
+    // A misfit widens by all that chi-square has too much, in whatever direction of the unknowns.
+    if plain.estimate.widening > T::one() || lasting == independent {
+        return Ok(plain);
     }
-    // The first fit is there to show the instability, and takes none for granted.
-    let none = (T::zero(), T::zero());
-    let first = fit_once(samples.clone(), rests, &with(none), true_angle)?;
-    fit_once(
-        samples,
-        rests,
-        &with(instability_of_residuals(&first.blocks)),
-        true_angle,
-    )
+    with(instability, lasting)
+}
+
+/// Times chance, once in a thousand, beyond which residuals go on from one row to the next.
+const UNLIKELY: f64 = 3.1;
+
+/// Largest correlation that is distinguished from a constant.
+const MOST_ALIKE: f64 = 0.95;
+
+/// Variance of an axis, (m/s^2)^2, that goes on from row to row of the turning robot, and the factor on the variances of its
+/// rows that stands for it: none, and one, where chance makes as much (docs/theory/spin.md, eq. 29 and 30).
+fn lasting<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
+    let half = real::<T>(0.5);
+    let residual = |block: &FittedBlock<T>| block.force - block.fit;
+    let (mut of_axes, mut alike, mut rows, mut pairs) = (Vector3::zeros(), T::zero(), 0_u32, 0_u32);
+    for run in blocks.chunk_by(|block, next| block.resting == next.resting) {
+        let turning = run.iter().filter(|block| !block.resting).collect::<Vec<_>>();
+        let means: Vec<Vector3<T>> = turning
+            .chunks_exact(2)
+            .map(|pair| pair.iter().map(|block| residual(block)).sum::<Vector3<T>>() * half)
+            .collect();
+        for mean in &means {
+            of_axes += mean.component_mul(mean);
+        }
+        alike += means
+            .windows(2)
+            .fold(T::zero(), |sum, pair| sum + pair[0].dot(&pair[1]));
+        rows += u32::try_from(means.len()).unwrap_or(u32::MAX);
+        pairs += u32::try_from(means.len().saturating_sub(1)).unwrap_or(u32::MAX);
+    }
+    let sum = of_axes.sum();
+    if pairs == 0 || sum <= T::zero() {
+        return (T::zero(), T::one());
+    }
+    let correlation = alike / sum * count::<T>(rows) / count(pairs); // eq. 29
+    let chance = of_axes.norm() / sum / count::<T>(pairs).sqrt();
+    if correlation < chance * real(UNLIKELY) {
+        return (T::zero(), T::one());
+    }
+    let correlation = correlation.min(real(MOST_ALIKE));
+    let variance = sum / (count::<T>(rows) * real(3.0));
+    let factor = (T::one() + correlation) / (T::one() - correlation); // eq. 30
+    (variance * correlation, factor)
 }
 
 /// Estimates bias instability from the samples of a spin that a state machine has seen, and passes it on: a machine
@@ -148,10 +190,18 @@ fn fit_once<T: Real>(
     samples: impl Iterator<Item = Sample<T>>,
     rests: &[RestTimes],
     settings: &SpinSettings<T>,
+    (of_force, of_rate): (T, T),
+    (lasting, row_factor): (T, T),
     true_angle: Option<&TrueAngle<T>>,
 ) -> Result<SpinFit<T>, SpinFailure<T>> {
+    let settings = SpinSettings {
+        // A rest shares what goes on while the robot turns, as it does flicker.
+        specific_force_instability: (of_force * of_force + lasting).sqrt(),
+        angular_rate_instability: of_rate,
+        ..*settings
+    };
     let mut recorder = BlockRecorder {
-        collector: Collector::new(settings),
+        collector: Collector::new(&settings),
         blocks: Vec::new(),
     };
     let mut was_resting = None;
@@ -168,9 +218,14 @@ fn fit_once<T: Real>(
         }
     }
     recorder.cut(was_resting.unwrap_or(false))?;
+    recorder.collector.know_row_factor(row_factor);
     let (estimate, fit) = recorder.collector.solve(true_angle)?;
     let blocks = draw(&recorder.blocks, &fit);
-    Ok(SpinFit { estimate, blocks })
+    Ok(SpinFit {
+        estimate,
+        blocks,
+        row_factor,
+    })
 }
 
 struct BlockRecorder<T: Real> {
@@ -206,7 +261,11 @@ fn draw<T: Real>(blocks: &[(Block<T>, bool)], fit: &LevelFree<T>) -> Vec<FittedB
             let (block, resting) = &blocks[i];
             let rate = floor.tr_mul(&(block.angular_rate() - gyroscope));
             let heading = block.heading + fit.heading_correction(block.heading, block.time);
-            let modelled = fit.specific_force(heading, block.rate, acceleration(blocks, i));
+            let change = acceleration(blocks, i);
+            let at =
+                |share: f64| fit.specific_force(heading + block.gained * real(share), block.rate, change);
+            // Over a block the heading moves on: Simpson's mean of the model.
+            let modelled = (at(-0.5) + at(0.0) * real::<T>(4.0) + at(0.5)) / real::<T>(6.0);
             FittedBlock {
                 time: block.start + (block.end - block.start) / 2,
                 resting: *resting,

@@ -133,6 +133,12 @@ fn error(py: Python<'_>, refusal: &AlignError) -> PyErr {
         AlignError::NotAlike { correlation } => vec![("correlation", *correlation)],
         AlignError::Mirrored => vec![],
         AlignError::Scaled { ratio } => vec![("ratio", *ratio)],
+        AlignError::AxisChanged {
+            axis,
+            gain,
+            start,
+            end,
+        } => vec![("axis", *axis), ("gain", *gain), ("start", *start), ("end", *end)],
         AlignError::Ambiguous { offset, other } => {
             vec![("offset", *offset), ("other", *other)]
         }

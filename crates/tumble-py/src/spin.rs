@@ -17,7 +17,7 @@ use tumble_lab::spin::{SpinFit, fit};
 
 use crate::convert::rows;
 use crate::settings::{settings_of, values};
-use crate::spin_figures::{block_figures, error, figures};
+use crate::spin_figures::{block_figures, error, figures, wide};
 
 /// Settings of a spin.
 #[pyclass(module = "tumble._core", name = "SpinSettings", frozen)]
@@ -170,10 +170,9 @@ fn both<'py, T: Real>(
     origin: f64,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
     let fitted = fitted.map_err(|failure| error(py, &failure, origin))?;
-    Ok((
-        figures(py, &fitted.estimate)?,
-        block_figures(py, &fitted.blocks, origin)?,
-    ))
+    let found = figures(py, &fitted.estimate)?;
+    found.set_item("row_factor", wide(fitted.row_factor))?;
+    Ok((found, block_figures(py, &fitted.blocks, origin)?))
 }
 
 /// Adds what is here to the module.

@@ -77,6 +77,7 @@ impl PyThermalRecorder {
             fixture,
             reference,
             channels,
+            resolution: self.recorder.resolution(),
         };
         let (spans, step) = (self.recorder.spans(), self.recorder.step());
         let found = py.detach(|| thermal(&spans, step, &settings));

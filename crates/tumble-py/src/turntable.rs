@@ -12,7 +12,7 @@ use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyrosco
 use tumble_lab::simulate::grade::SensorGrade;
 use tumble_lab::turntable::{
     AxisResponse, BiasDrift, Clocks, CommandedRates, GSensitivity, PairingError, RESPONSE_FALSE_ALARM,
-    RateLevel, Reference, ReferenceUncertainty, ResidualLabel, Target, TriadCalibration, Triads,
+    RateLevel, Reference, ReferenceUncertainty, ResidualLabel, Side, Target, TriadCalibration, Triads,
     TurntableError, TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
     reference_uncertainty,
 };
@@ -384,7 +384,16 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
         let angle = slip.turn.norm();
         let along = slip.turn / angle;
         let sigma = along.dot(&(slip.covariance * along)).sqrt();
-        figures.set_item("slip", (slip.rests.0, slip.rests.1, angle, sigma))?;
+        figures.set_item(
+            "slip",
+            (
+                slip.rests.0,
+                slip.rests.1,
+                angle,
+                sigma,
+                slip.side == Side::Behind,
+            ),
+        )?;
     }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;

@@ -13,6 +13,7 @@ from tumble import _core
 from tumble.acquisition.duplicate_sensors import UnitHeads, refuse_copies
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.acquisition.standstills import Standstill, standstills
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.debugging import debug, is_debugged
@@ -66,6 +67,8 @@ def acquire(
     heads = UnitHeads(recording.metadata.triads)
     of_parts: dict[str, UnitHeads] = {}
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
+    frozen: list[tuple[float, float]] = []
+    stuck: list[Standstill] = []
     samples = 0
     duration = 0.0
     start = math.nan
@@ -82,8 +85,12 @@ def acquire(
             heads.push(chunk)
             of_parts[name].push(chunk)
             temperatures.add(len(chunk), chunk.temperature)
-            accelerometer, gyroscope = corrected(chunk, calibration)
-            push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
+            still = standstills(chunk, recording.metadata.triads)
+            frozen += [(float(chunk.time[a]), float(chunk.time[b])) for a, b in still.frozen]
+            stuck += still.stuck
+            moving = still.moving(chunk)
+            accelerometer, gyroscope = corrected(moving, calibration)
+            push_recorded(segmenter, moving, accelerometer, gyroscope, recording.metadata.triads)
             samples += len(chunk)
             begun = float(chunk.time[0]) if begun is None else begun
             start = begun if math.isnan(start) else start
@@ -95,9 +102,9 @@ def acquire(
         duration += 0.0 if begun is None else ended - begun
     digests = {name: each.digest() for name, each in of_parts.items()}
     refuse_copies(digests.items(), recording.name)
-    notices = (*counts.notices(), *temperatures.notices())
     about = recording.metadata
     facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
+    notices = (*counts.notices(), *temperatures.notices(), *stood_still(frozen, facts.time))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
     return Imu(
@@ -108,7 +115,23 @@ def acquire(
         heads.gyroscope_digest(),
         heads.twice(),
         next(iter(digests.values())),
+        tuple(fault_of(each, about.triads) for each in stuck),
     )
+
+
+def stood_still(frozen: Sequence[tuple[float, float]], time: LogTime) -> Iterator[str]:
+    """Describes stretches, s, in which all readings stood still."""
+    for first, last in frozen:
+        yield (
+            f"all readings stood still from {time.span(first, last)} s, as those of no sensor with noise do: "
+            "that time is left out"
+        )
+
+
+def fault_of(found: Standstill, triads: Sequence[Triad]) -> ChannelFault:
+    """Returns a standstill as the fault of a channel."""
+    channel = f"{triads[found.channel // 3]} {'xyz'[found.channel % 3]}"
+    return ChannelFault(channel, "stuck", found.value, found.first, found.last)
 
 
 def _say_what_was_read(

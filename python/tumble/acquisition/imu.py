@@ -59,6 +59,8 @@ class Imu:
     """Describes a sensor of which two axes are one column, as `UnitHeads.twice` does."""
     digest: str = ""
     """Digest of both sensors, as from `UnitHeads.digest`, of the first file."""
+    stuck: tuple[ChannelFault, ...] = ()
+    """Channels that repeated one reading for a while."""
 
     @property
     def name(self) -> str:
@@ -78,7 +80,7 @@ class Imu:
     @property
     def faults(self) -> list[ChannelFault]:
         """Faults of the channels that were recorded."""
-        return recorded_faults(self.acquired, self.triads)
+        return [*self.stuck, *recorded_faults(self.acquired, self.triads)]
 
 
 def recorded_faults(acquired: _core.Acquired, triads: tuple[Triad, ...]) -> list[ChannelFault]:

@@ -69,6 +69,10 @@ _STRETCH = 1.0
 """s of that stretch."""
 _FEWEST = 16
 """Samples of one."""
+_FEWEST_STRETCHES = 8
+"""Stretches that show whether a unit sways."""
+_LEVEL = 2.0
+"""Ratio of the variance of their means to that of white noise below which it does not."""
 
 
 def rest_in(specific_force: FloatArray, readings: FloatArray, interval: float) -> StillReadings | None:
@@ -93,13 +97,27 @@ def rest_in(specific_force: FloatArray, readings: FloatArray, interval: float) -
     up = _direction(stretches[best])
     # d up/dt = -rate x up, so that up x d up/dt is minus the rate across it.
     turned = float(np.linalg.norm(np.cross(first, last))) / ((length - half) * interval)  # units.md, eq. 3
+    noise = _white_noise(stretches[best], interval)
     # Readings without any noise are those of a unit that repeats one, which shows nothing.
-    if turned > STILL_TURN or not 0.0 < _white_noise(stretches[best], interval) < STILL_NOISE:
+    if turned > STILL_TURN or noise == 0.0:
+        return None
+    if noise >= STILL_NOISE and not _holds_level(stretches, noise, length * interval):
         return None
     mean = rate[chosen].mean(axis=0)
     return StillReadings(
         float(np.linalg.norm(mean - up * float(mean @ up))), _white_noise(rate[chosen], interval)
     )
+
+
+def _holds_level(stretches: FloatArray, noise: float, duration: float) -> bool:
+    """Returns whether means of successive stretches (n, k, 3) of that many s differ as white noise does.
+
+    A unit of large noise at a low rate shakes as much as one that is carried, but does not sway.
+    """
+    if len(stretches) < _FEWEST_STRETCHES:
+        return False
+    apart = np.diff(stretches.mean(axis=1), axis=0)
+    return bool(np.mean(apart**2) / 2.0 < _LEVEL * noise**2 / duration)  # units.md, eq. 1a
 
 
 def _white_noise(values: FloatArray, interval: float) -> float:

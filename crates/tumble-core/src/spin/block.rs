@@ -36,6 +36,8 @@ pub struct Block<T: Real> {
     pub rate_squared: T,
     /// Heading gained over the block, rad.
     pub gained: T,
+    /// Variance, rad^2, of the heading that a pause within leaves open: a clock that was set forward looks as lost samples do.
+    pub skipped: T,
     /// Levers of the specific force, cosine, sine and squared rate: mean of the quantity times the time since the
     /// middle of the block, s.
     pub levers: [T; LEVERS],
@@ -140,6 +142,8 @@ struct OpenBlock<T: Real> {
     phase: HeadingPhasor<T>,
     start: u64,
     first: u64,
+    /// Longest time from one sample to the next, microseconds.
+    longest: u64,
     began: T,
     /// Cosine, sine, squared rate, rate, heading: sums about the first, so that single precision holds many.
     course: RunningSums<T, 5>,
@@ -228,12 +232,14 @@ impl<T: Real> BlockBuilder<T> {
 
     fn accumulate(&mut self, sample: &Sample<T>, rate: T, start: u64, began: T) {
         let heading = self.heading.angle;
+        let interval = sample.time.saturating_sub(start);
         let angle = heading + self.correction(sample.time, heading);
         let course = |phase: &HeadingPhasor<T>| [phase.cosine, phase.sine, rate * rate, rate, heading];
         let y = sample.channels();
         match self.open.as_mut() {
             Some(open) => {
                 let age = seconds::<T>(sample.time.saturating_sub(open.first));
+                open.longest = open.longest.max(interval);
                 open.phase.advance(angle);
                 open.sums.push(&y, age);
                 open.course.push(&course(&open.phase), age);
@@ -245,6 +251,7 @@ impl<T: Real> BlockBuilder<T> {
                     phase,
                     start,
                     first: sample.time,
+                    longest: interval,
                     began,
                     course: RunningSums::start(&course(&phase)),
                 });
@@ -272,9 +279,23 @@ impl<T: Real> BlockBuilder<T> {
             sine,
             rate,
             rate_squared,
+            skipped: skipped(&open, end) * rate_squared,
             levers: [fx, fy, fz, of_cosine, of_sine, of_square],
             gained: self.heading.angle - open.began,
         })
+    }
+}
+
+/// Square of the time, s^2, by which the longest step of a block is longer than the others; zero where none is a pause.
+fn skipped<T: Real>(open: &OpenBlock<T>, end: u64) -> T {
+    const PAUSE: u64 = 5; // halves of a usual step
+    let others = u64::from(open.sums.samples().saturating_sub(1).max(1));
+    let usual = end.saturating_sub(open.start).saturating_sub(open.longest) / others;
+    if 2 * open.longest > PAUSE * usual {
+        let longer = seconds::<T>(open.longest - usual);
+        longer * longer
+    } else {
+        T::zero()
     }
 }
 

@@ -61,6 +61,12 @@ impl<T: Real> Collector<T> {
         self.solver.stop();
     }
 
+    /// The same as [`SpinEstimator::know_row_factor`].
+    pub fn know_row_factor(&mut self, factor: T) {
+        self.estimator.know_row_factor(factor);
+        self.solver.stop();
+    }
+
     /// Takes in a sample; gives back the block it completes, to be given to [`Self::take`] when it is known whether the
     /// robot stood still over it. A sample that is not finite, or not later than the one before, is skipped.
     ///

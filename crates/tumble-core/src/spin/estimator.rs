@@ -39,6 +39,8 @@ pub struct TurnTotals<T: Real> {
     pub most: T,
     /// Integral of the squared rate, rad^2/s.
     pub squared: T,
+    /// Variance of the heading that pauses in the samples leave open, rad^2.
+    pub skipped: T,
     /// Rotation vector less bias, clockwise parts with their sign turned, rad, case frame.
     pub vector: Vector3<T>,
 }
@@ -55,6 +57,7 @@ impl<T: Real> TurnTotals<T> {
             least: T::zero(),
             most: T::zero(),
             squared: T::zero(),
+            skipped: T::zero(),
             vector: zeros(),
         }
     }
@@ -90,6 +93,7 @@ impl<T: Real> TurnTotals<T> {
         direction.duration += duration;
         self.vector += rate * (sign * duration); // eq. 2
         self.squared += block.rate_squared * duration;
+        self.skipped += block.skipped;
         self.least = self.least.min(block.heading);
         self.most = self.most.max(block.heading);
     }
@@ -121,6 +125,7 @@ pub struct SpinEstimator<T: Real> {
     even: EvenReadings<T>,
     even_force: EvenReadings<T>,
     lost: T,
+    row_factor: T,
     first: Option<PendingBlock<T>>,
     middle: Option<PendingBlock<T>>,
 }
@@ -161,6 +166,7 @@ impl<T: Real> SpinEstimator<T> {
             even: EvenReadings::new(),
             even_force: EvenReadings::new(),
             lost: T::zero(),
+            row_factor: T::one(),
             first: None,
             middle: None,
         }
@@ -182,6 +188,7 @@ impl<T: Real> SpinEstimator<T> {
         self.even_force = EvenReadings::new();
         self.dead_band = DeadBand::new();
         self.lost = T::zero();
+        self.row_factor = T::one();
         self.first = None;
         self.middle = None;
     }
@@ -239,9 +246,11 @@ impl<T: Real> SpinEstimator<T> {
         &self.turned
     }
 
-    /// Random walk of the heading, rad^2/s.
+    /// Random walk of the heading, rad^2/s, with what pauses add to it.
     pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
-        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 13: N^2
+        let duration = self.turned.duration();
+        axis.block_variance * duration / count(self.rates.points().max(1)) // eq. 13: N^2
+            + self.turned.skipped / duration // eq. 28
     }
 
     /// Takes in a sample as the sensors give it: what their readings have in common is their resolution.
@@ -303,6 +312,17 @@ impl<T: Real> SpinEstimator<T> {
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.settings.specific_force_instability = specific_force;
         self.settings.angular_rate_instability = angular_rate;
+    }
+
+    /// Factor on the variances of the rows of the turning robot, from here on: rows that go on from one to the next
+    /// show less than independent ones.
+    pub fn know_row_factor(&mut self, factor: T) {
+        self.row_factor = factor;
+    }
+
+    /// The factor of [`Self::know_row_factor`].
+    pub(super) fn row_factor(&self) -> T {
+        self.row_factor
     }
 
     /// Settings of the spin.

@@ -37,6 +37,17 @@ tumble_core::vocabulary! {
             /// 1-sigma of a component of what remains between them, m/s^2.
             apart: f64,
         } = "forces disagree",
+        /// An axis of the gyroscope shares the motion in one part of the log and not in another.
+        AxisChanged {
+            /// 0, 1 or 2 for x, y or z of the secondary.
+            axis: f64,
+            /// Its reading over that of a sound one there: negative where its sign changed, near zero where it was frozen.
+            gain: f64,
+            /// Begin of that part, s from the first that both show.
+            start: f64,
+            /// End of it, s.
+            end: f64,
+        } = "axis changed",
         /// The equations have no solution.
         Unsolvable = "unsolvable",
     }

@@ -8,7 +8,7 @@ use crate::align::coarse::{self, Shift};
 use crate::align::error::AlignError;
 use crate::align::forces::{self, ForcesFit, OF_PRIORS};
 use crate::align::gravity;
-use crate::align::grid::{Grid, RelativeClock, edges, whole};
+use crate::align::grid::{Grid, RelativeClock, TrianglePair, edges, whole};
 use crate::align::rates::{self, RatesFit};
 use crate::align::samples::{UnitSamples, WindowMoments, force_of, rate_of};
 use crate::align::settings::AlignSettings;
@@ -43,6 +43,45 @@ impl Aligned {
         of_arm.unwrap_or(f64::MAX) + 0.01 * self.rates.rotation_covariance.trace()
     }
 
+    /// The gain of an axis is that of its readings on what the rotation makes of the primary's rates, about both means.
+    fn refuse_if_an_axis_changed(&self) -> Result<(), AlignError> {
+        let pairs = &self.rates.pairs;
+        let noise = self.rates.scale * self.rates.scale;
+        for part in pairs.chunks(pairs.len().div_ceil(PARTS).max(1)) {
+            for axis in 0..3 {
+                let expected =
+                    |pair: &TrianglePair| (self.rates.rotation * rate_of(&pair.primary.mean))[axis];
+                let read = |pair: &TrianglePair| rate_of(&pair.secondary.mean)[axis];
+                #[allow(clippy::cast_precision_loss)]
+                let mean =
+                    |of: &dyn Fn(&TrianglePair) -> f64| part.iter().map(of).sum::<f64>() / part.len() as f64;
+                let (theirs, ours) = (mean(&expected), mean(&read));
+                let energy: f64 = part.iter().map(|pair| (expected(pair) - theirs).powi(2)).sum();
+                let shared: f64 = part
+                    .iter()
+                    .map(|pair| (expected(pair) - theirs) * (read(pair) - ours))
+                    .sum();
+                let gain = shared / energy; // eq. 16
+                #[allow(clippy::cast_precision_loss)]
+                let clear = energy > MOVED * noise * part.len() as f64
+                    && energy > (LEAST_MOTION * LEAST_MOTION) * part.len() as f64;
+                if clear && (gain - 1.0).abs() > LARGEST_CHANGE {
+                    #[allow(clippy::cast_precision_loss)]
+                    let axis = axis as f64;
+                    let since = |pair: &TrianglePair| pair.time - pairs[0].time;
+                    let (start, end) = (since(&part[0]), since(&part[part.len() - 1]));
+                    return Err(AlignError::AxisChanged {
+                        axis,
+                        gain,
+                        start,
+                        end,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn refuse_if_forces_disagree(&self) -> Result<(), AlignError> {
         let Some(forces) = &self.forces else { return Ok(()) };
         let felt = || self.rates.pairs.iter().map(|pair| force_of(&pair.secondary.mean));
@@ -63,6 +102,12 @@ pub const LEAST_MOTION: f64 = 0.02;
 pub const LEAST_CORRELATION: f64 = 0.7;
 /// Ratio of the rates of two units that no scale error explains.
 const LARGEST_RATIO: f64 = 1.25;
+/// Parts of a log of which each axis of the gyroscope has to share the motion.
+const PARTS: usize = 8;
+/// Energy of the motion of an axis over that of noise from which on it shows a gain.
+const MOVED: f64 = 9.0;
+/// Difference of a gain from one that no scale error explains, nor the noise of what moved so much.
+const LARGEST_CHANGE: f64 = 0.5;
 /// Largest residual between two sound accelerometers, m/s^2, and as a share of the secondary's specific force.
 const LARGEST_RESIDUAL: f64 = 0.5;
 const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
@@ -114,6 +159,7 @@ pub fn align(
             best
         }
     });
+    best.refuse_if_an_axis_changed()?;
     best.refuse_if_forces_disagree()?;
     Ok(best)
 }

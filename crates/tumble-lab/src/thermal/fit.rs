@@ -5,7 +5,10 @@
 //! likelihood; Patterson and Thompson, Biometrika 58, 1971). Errors of successive means hang together, and least squares
 //! that took them for independent would promise far too much.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::{DMatrix, DVector};
+use tumble_core::resolution::variance_of_rounding;
 
 use crate::distributions::{INTERVAL, student_quantile};
 
@@ -62,6 +65,36 @@ pub struct DriftDesign<'a> {
     largest: f64,
     /// Temperatures that both legs reached in one pose, scaled alike.
     shared: [f64; 2],
+}
+
+/// DriftRounding of a channel whose noise is smaller than a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriftRounding {
+    /// In the unit of the channel.
+    pub step: f64,
+    /// Variance that it leaves on a mean while the truth stays within a step; zero where noise spreads the readings.
+    pub variance: f64,
+    /// Amplitude of the part of its error that goes with the place of the truth within a step, whatever the noise.
+    pub wave: f64,
+}
+
+impl DriftRounding {
+    /// DriftRounding to a step, if there is one, of readings that scatter by this variance.
+    pub fn of(step: Option<f64>, scatter: f64) -> Self {
+        let variance = variance_of_rounding(step, scatter);
+        let step = step.unwrap_or(0.0);
+        let noise = (scatter - step * step / 12.0).max(0.0);
+        let left = if variance > 0.0 {
+            (-2.0 * (PI / step).powi(2) * noise).exp() // eq. 7b
+        } else {
+            0.0
+        };
+        Self {
+            step,
+            variance,
+            wave: step / PI * left,
+        }
+    }
 }
 
 /// Residuals of a fit at one ratio of `B^2` to `N^2`.
@@ -187,6 +220,39 @@ impl<'a> DriftDesign<'a> {
         let mut fit = self.with_ratio(&self.whitened(means), &rows, noise[1] / noise[0], terms)?;
         fit.covariance *= noise[0] / fit.noise[0];
         Some(self.in_kelvin(fit))
+    }
+
+    /// The same fit, with what rounding adds to the covariance of its coefficients: blocks that read the same within a step
+    /// share its error (docs/theory/thermal.md, eq. 7a). None where the terms cannot be separated.
+    pub fn with_rounding(
+        &self,
+        mut fit: DriftFit,
+        means: &[f64],
+        rounding: &DriftRounding,
+    ) -> Option<DriftFit> {
+        if rounding.variance == 0.0 {
+            return Some(fit);
+        }
+        let rows = self.whitening.apply(&self.rows(&fit.terms, &fit.constants));
+        let levels: Vec<f64> = means.iter().map(|mean| (mean / rounding.step).round()).collect();
+        let mut each = levels.clone();
+        each.sort_by(f64::total_cmp);
+        each.dedup();
+        let alike = each.iter().map(|level| -> Vec<f64> {
+            let is_alike = |of: &f64| rounding.variance.sqrt() * f64::from(u8::from(of == level));
+            levels.iter().map(is_alike).collect()
+        });
+        let waves = [0.0, FRAC_PI_2].map(|phase| -> Vec<f64> {
+            let at = |mean: &f64| rounding.wave * (2.0 * PI * mean / rounding.step + phase).sin();
+            means.iter().map(at).collect()
+        });
+        for error in alike.chain(waves) {
+            let ratio = fit.noise[1] / fit.noise[0];
+            let response = self.with_ratio(&self.whitened(&error), &rows, ratio, &fit.terms)?;
+            let moved = self.in_kelvin(response).coefficients;
+            fit.covariance += &moved * moved.transpose(); // eq. 7a
+        }
+        Some(fit)
     }
 
     fn whitened(&self, means: &[f64]) -> DVector<f64> {

@@ -4,7 +4,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::temperature::HIGHEST_ORDER;
 
 use super::block::{RestBlock, ThermalBlocks, blocks};
-use super::fit::{DriftDesign, DriftFit, KNOTS, Terms};
+use super::fit::{DriftDesign, DriftFit, DriftRounding, KNOTS, Terms};
 use super::hysteresis::{Hysteresis, is_curve};
 use super::lag::{Lagging, Needs, thermometer_lag};
 use super::order::{Choice, choose, chosen_fit};
@@ -57,6 +57,8 @@ pub struct ThermalSettings {
     pub reference: Option<f64>,
     /// Which of the six channels were recorded.
     pub channels: Vec<usize>,
+    /// Steps that the readings of accelerometer, m/s^2, and gyroscope, rad/s, are multiples of, where they show any.
+    pub resolution: [Option<f64>; 2],
 }
 
 /// Temperature drift of one axis.
@@ -127,10 +129,11 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
         .unwrap_or(0.5 * (range[0] + range[1]))
         .clamp(range[0], range[1]);
     let design = DriftDesign::new(&whitening, &data.blocks, reference);
+    let rounding = rounding_of(spans, &settings.resolution);
     let axes = settings
         .channels
         .iter()
-        .map(|&channel| axis(&data, &design, channel, hysteresis))
+        .map(|&channel| axis(&data, &design, channel, hysteresis, &rounding[channel]))
         .collect::<Option<_>>()
         .ok_or(ThermalError::TooLittleAtRest {
             still: data.still,
@@ -143,6 +146,17 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
         data,
         axes,
     })
+}
+
+/// DriftRounding of each channel, given the steps of both triads: their noise is the scatter within spans.
+fn rounding_of(spans: &[Span], steps: &[Option<f64>; 2]) -> [DriftRounding; CHANNELS] {
+    let mut scatter = [0.0; CHANNELS];
+    for span in spans {
+        for (sum, variance) in scatter.iter_mut().zip(span.moments.variance()) {
+            *sum += variance / spans.len() as f64;
+        }
+    }
+    std::array::from_fn(|channel| DriftRounding::of(steps[channel / (CHANNELS / 2)], scatter[channel]))
 }
 
 fn refuse_unfit(data: &ThermalBlocks) -> Result<(), ThermalError> {
@@ -190,7 +204,13 @@ fn both_legs(data: &ThermalBlocks) -> bool {
     (0..data.poses).any(|pose| blocks_of(pose, 1.0).min(blocks_of(pose, -1.0)) >= FEWEST_OF_A_LEG)
 }
 
-fn axis(data: &ThermalBlocks, design: &DriftDesign, channel: usize, hysteresis: bool) -> Option<AxisDrift> {
+fn axis(
+    data: &ThermalBlocks,
+    design: &DriftDesign,
+    channel: usize,
+    hysteresis: bool,
+    rounding: &DriftRounding,
+) -> Option<AxisDrift> {
     let means = data.channel(channel);
     let most = with_shape(design, &means, most_terms(data, channel, hysteresis));
     let fits: Vec<DriftFit> = candidates(&most)
@@ -199,14 +219,16 @@ fn axis(data: &ThermalBlocks, design: &DriftDesign, channel: usize, hysteresis: 
         .collect();
     let candidates: Vec<Terms> = fits.iter().map(|fit| fit.terms).collect();
     let choice = choose(&fits)?;
-    let fit = chosen_fit(&fits, &choice);
+    let fit = design.with_rounding(chosen_fit(&fits, &choice), &means, rounding)?;
     let terms = fit.terms;
     // A coefficient that was not chosen has an estimate and a sigma beside those that were.
     let with = |terms: Terms| {
         if terms == fit.terms {
             Some(fit.clone())
         } else {
-            design.fit(&means, &terms)
+            design
+                .fit(&means, &terms)
+                .and_then(|fit| design.with_rounding(fit, &means, rounding))
         }
     };
     let slope = with(Terms {

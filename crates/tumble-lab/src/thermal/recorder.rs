@@ -1,6 +1,7 @@
 //! Takes in logs of units at rest whose temperature changes: means over short spans, in memory that does not grow.
 
 use tumble_core::moments::Moments;
+use tumble_core::resolution::Resolution;
 use tumble_core::sample::CHANNELS;
 
 /// Length of the first spans, s; they are joined two by two when there are too many.
@@ -87,6 +88,7 @@ pub struct ThermalRecorder {
     last_time: f64,
     /// Shortest time from one sample to the next, s; infinite before the second.
     shortest: f64,
+    resolution: [Resolution<f64, 3>; 2],
 }
 
 impl Default for ThermalRecorder {
@@ -100,6 +102,7 @@ impl Default for ThermalRecorder {
             step: f64::INFINITY,
             last_time: f64::NAN,
             shortest: f64::INFINITY,
+            resolution: [Resolution::new(); 2],
         }
     }
 }
@@ -120,6 +123,9 @@ impl ThermalRecorder {
         if !(time.is_finite() && temperature.is_finite() && sample.iter().all(|value| value.is_finite())) {
             return;
         }
+        let [fx, fy, fz, wx, wy, wz] = *sample;
+        self.resolution[0].push([fx, fy, fz]);
+        self.resolution[1].push([wx, wy, wz]);
         let change = (temperature - self.last_reading).abs();
         if change > 0.0 {
             self.step = self.step.min(change);
@@ -144,6 +150,11 @@ impl ThermalRecorder {
     /// infinite where it never changed.
     pub fn step(&self) -> f64 {
         self.step
+    }
+
+    /// Steps that the readings of accelerometer, m/s^2, and gyroscope, rad/s, are multiples of; `None` where nothing shows one.
+    pub fn resolution(&self) -> [Option<f64>; 2] {
+        self.resolution.map(|each| each.step())
     }
 
     /// The spans of all that was taken in, in their order.

@@ -386,6 +386,7 @@ fn found(logs: &[Log], fixture: bool) -> Result<ThermalDrift, ThermalError> {
         fixture,
         reference: Some(35.0),
         channels: (0..6).collect(),
+        resolution: recorder.resolution(),
     };
     thermal(&recorder.spans(), recorder.step(), &settings)
 }

@@ -13,8 +13,8 @@ use super::flicker::refine;
 use super::pairing::PairedRest;
 use super::session::{LARGEST_FORCE_BIAS, TargetSession};
 use super::session_change::{
-    Course, LARGEST_SLIP, SessionChange, Slip, as_slipped, drifting, find_change, shown, slipping,
-    with_slips, without_drift,
+    LARGEST_SLIP, SessionChange, Side, Slip, as_slipped, drifting, find_change, shown, slipping, with_slips,
+    without_drift,
 };
 use super::settings::FEWEST_RESTS;
 use super::triad::{ResidualLabel, TriadCalibration, finish};
@@ -48,11 +48,10 @@ impl TargetSession<'_> {
         let solved = fit::<f64, 4, 3, 15>(&plain, &inputs)?;
         let systematic = self.systematic();
         let triad = finish(&solved, &plain, labels.clone(), &inputs, systematic, &repeats)?;
-        if misfit.is_some() || triad.widened > 1.0 || asks_for_drift(&observations, &of_rests)? {
-            let changed = self.with_change(&observations, &labels, &of_rests, &repeats)?;
-            if let Some(changed) = changed {
-                return Ok(changed);
-            }
+        // Bias instability that is found in the residuals would take a change for its own.
+        let changed = self.with_change(&observations, &labels, &of_rests, &repeats)?;
+        if let Some(changed) = changed {
+            return Ok(changed);
         }
         Ok(match misfit {
             Some(misfit) => TriadCalibration {
@@ -195,19 +194,6 @@ fn refuse_unshown(solved: &TriadFit<f64, 3>) -> Result<(), TurntableError> {
     Ok(())
 }
 
-/// Tests whether a straight line explains more than chance does, under the noise that rests show: bias instability that is
-/// found in the residuals would take a drift for its own (docs/theory/turntable.md, eq. 45).
-fn asks_for_drift(
-    observations: &[ForceObservation<f64>],
-    inputs: &FitInputs<f64, 3>,
-) -> Result<bool, TurntableError> {
-    let plain = fit::<f64, 4, 3, 15>(observations, inputs)?;
-    let drifting = drifting(observations, &inputs.session, Course::Line);
-    let drifting = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
-    let freedom = f64::from(drifting.degrees_of_freedom);
-    Ok(shown(plain.chi_square, drifting.chi_square, 3.0, freedom, 1.0).is_some()) // eq. 45
-}
-
 /// The turn that a fit found among the errors that the truths share.
 fn turn_of(solved: &TriadFit<f64, 6>) -> Vector3<f64> {
     solved.shared.fixed_rows::<3>(3).into_owned()
@@ -233,6 +219,7 @@ fn slip(
             start: observations[place - 1].interval.end,
             end: observations[place].interval.start,
         },
+        side: Side::of(place, observations.len()),
     })
 }
 

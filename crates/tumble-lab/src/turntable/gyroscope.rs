@@ -444,11 +444,11 @@ fn give_way(rates: &mut [Rate], tilt: f64) {
 /// out (docs/theory/turntable.md, eq. 61).
 fn as_slipped(rates: Vec<Rate>, slip: &Slip) -> Vec<Rate> {
     let mut slipped = Vec::with_capacity(rates.len());
-    let behind = |rate: &Rate| slip.is_before(&rate.observation.interval);
+    let other = |rate: &Rate| slip.divides(&rate.observation.interval);
     #[allow(clippy::cast_precision_loss)]
-    let alike = (rates.iter().filter(|rate| behind(rate) == Some(true)).count() as f64 / 3.0).max(1.0);
+    let alike = (rates.iter().filter(|rate| other(rate) == Some(true)).count() as f64 / 3.0).max(1.0);
     for mut rate in rates {
-        match behind(&rate) {
+        match other(&rate) {
             Some(false) => {}
             Some(true) => {
                 let u = rate.observation.regressor.fixed_rows::<3>(0).into_owned();

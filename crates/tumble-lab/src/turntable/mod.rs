@@ -34,7 +34,7 @@ pub use reference::{
     rate_sigma,
 };
 pub use reference_drift::ReferenceDrift;
-pub use session_change::{BiasDrift, Slip};
+pub use session_change::{BiasDrift, Side, Slip};
 pub use settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 pub use target::{Target, Triads, as_reference, calibrate};
 pub(crate) use triad::widening;

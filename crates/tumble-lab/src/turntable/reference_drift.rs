@@ -69,7 +69,7 @@ pub(super) fn settled_sphere(
     };
     let scaled = lengths(spans, forces, gravity, &session, None)?;
     let mut best: Option<(f64, Course, Solution<f64, UNKNOWNS>)> = None;
-    for course in Course::tried() {
+    for course in Course::tried(first, &session) {
         let freedom = f64::from(degrees_of_freedom(scaled.rows, SCALED)) - course.unknowns();
         let found = lengths(spans, forces, gravity, &session, Some(course))?;
         let left = shown(

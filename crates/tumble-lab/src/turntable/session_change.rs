@@ -20,7 +20,7 @@ pub(super) const LARGEST_SLIP: f64 = 0.05;
 /// Cosine of the angle within which two directions, or their opposites, are one.
 const ALIKE: f64 = 0.98;
 
-/// Time constants of a bias that settles, over the session: a shorter one is over within a rest, a longer one is a line.
+/// Time constants of a bias that settles, over the session: a longer one is a line.
 const CONSTANTS: (f64, f64) = (0.02, 2.0);
 
 /// Constants that are tried, apart by a quarter.
@@ -36,9 +36,11 @@ pub enum Course {
 }
 
 impl Course {
-    /// All that are tried.
-    pub(super) fn tried() -> impl Iterator<Item = Self> {
-        let (shortest, longest) = CONSTANTS;
+    /// All that are tried: one that is over within the first rest would be a rest that differs from the others.
+    pub(super) fn tried(first: &Interval<f64>, session: &Interval<f64>) -> impl Iterator<Item = Self> {
+        let rest = first.duration() / session.duration();
+        let longest = CONSTANTS.1;
+        let shortest = CONSTANTS.0.max(rest).min(longest);
         let settling = (0..TRIED).map(move |k| {
             let share = f64::from(k) / f64::from(TRIED - 1);
             Self::Settling(shortest * (longest / shortest).powf(share))
@@ -98,6 +100,33 @@ pub struct Slip {
     pub rests: (usize, usize),
     /// From the end of the one to the beginning of the other, s on the clock of the reference.
     pub span: Interval<f64>,
+    /// Side of the slip on which the calibration holds: that of more rests.
+    pub side: Side,
+}
+
+/// Side of a slip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Before it.
+    Before,
+    /// Behind it.
+    Behind,
+}
+
+impl Side {
+    /// The side of more rests, of so many, where the target slipped before the rest of this number.
+    pub(super) fn of(place: usize, rests: usize) -> Self {
+        if 2 * place < rests {
+            Self::Behind
+        } else {
+            Self::Before
+        }
+    }
+
+    /// Tests whether a rest before which the target slipped already, or not, is on the other side.
+    fn is_other(self, slipped: bool) -> bool {
+        slipped == (self == Self::Before)
+    }
 }
 
 impl SessionChange {
@@ -111,13 +140,13 @@ impl SessionChange {
 }
 
 impl Slip {
-    /// Tests whether a span was over when the target slipped, or began afterwards; `None` where it slipped within.
-    pub(super) fn is_before(&self, span: &Interval<f64>) -> Option<bool> {
+    /// Tests whether a span lies on the other side than the calibration; `None` where the target slipped within.
+    pub(super) fn divides(&self, span: &Interval<f64>) -> Option<bool> {
         let middle = 0.5 * (span.start + span.end);
         if middle < self.span.start {
-            Some(false)
+            Some(self.side.is_other(false))
         } else if middle > self.span.end {
-            Some(true)
+            Some(self.side.is_other(true))
         } else {
             None
         }
@@ -155,7 +184,11 @@ pub(super) fn find_change(
             best = Some((left, change));
         }
     };
-    for course in Course::tried().take(if repeated { usize::MAX } else { 1 }) {
+    let Some(first) = observations.first() else {
+        return Ok(None);
+    };
+    for course in Course::tried(&first.interval, &inputs.session).take(if repeated { usize::MAX } else { 1 })
+    {
         let drifting = drifting(observations, &inputs.session, course);
         let found = fit::<f64, 5, 3, 18>(&drifting, inputs)?;
         if let Some(left) = left(&plain, &found, course.unknowns(), 1.0) {
@@ -194,7 +227,7 @@ pub(super) fn shown(plain: f64, found: f64, unknowns: f64, freedom: f64, chances
     (by_noise < FALSE_ALARM && by_residuals < FALSE_ALARM_BY_RESIDUALS).then_some(found / freedom) // eq. 58
 }
 
-/// Rests before which a slip would show: there are two directions on either side.
+/// Rests before which a slip would show: there are two directions on the side of more rests.
 fn places_of_slips(observations: &[ForceObservation<f64>]) -> Vec<usize> {
     let up = |observation: &ForceObservation<f64>| {
         observation.regressor.fixed_rows::<3>(0).into_owned().normalize()
@@ -205,7 +238,10 @@ fn places_of_slips(observations: &[ForceObservation<f64>]) -> Vec<usize> {
             .any(|up| some.first().is_some_and(|first| first.dot(up).abs() < ALIKE))
     };
     (1..ups.len())
-        .filter(|place| has_two(&ups[..*place]) && has_two(&ups[*place..]))
+        .filter(|place| match Side::of(*place, ups.len()) {
+            Side::Before => has_two(&ups[..*place]),
+            Side::Behind => has_two(&ups[*place..]),
+        })
         .collect()
 }
 
@@ -223,10 +259,11 @@ pub(super) fn drifting(
 
 /// Observations with a slip before the rest of this number among the errors that they share.
 pub(super) fn slipping(observations: &[ForceObservation<f64>], place: usize) -> Vec<Observation<f64, 4, 6>> {
+    let side = Side::of(place, observations.len());
     observations
         .iter()
         .enumerate()
-        .map(|(k, each)| with_slip(each, k >= place))
+        .map(|(k, each)| with_slip(each, side.is_other(k >= place)))
         .collect()
 }
 
@@ -266,7 +303,9 @@ pub(super) fn as_slipped(
     turn: &Vector3<f64>,
 ) -> Vec<ForceObservation<f64>> {
     let mut slipped = observations.to_vec();
-    for observation in &mut slipped[place..] {
+    let behind = Side::of(place, observations.len()) == Side::Before;
+    let others = if behind { place..slipped.len() } else { 0..place };
+    for observation in &mut slipped[others] {
         let mut truth = observation.regressor.fixed_rows_mut::<3>(0);
         let turned = Rotation3::new(*turn) * truth.clone_owned();
         truth.copy_from(&turned);

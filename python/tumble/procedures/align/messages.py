@@ -63,6 +63,11 @@ MESSAGES: dict[str, Callable[[Figures, str, float], str]] = {
         f"its accelerometer does not fit that of {primary}, turned as the gyroscopes are: they differ by "
         f"{figures['apart']:.2g} m/s^2; check the axes, the unit and the columns of both accelerometers"
     ),
+    "axis changed": lambda figures, primary, _: (
+        f"gyroscope {'xyz'[int(figures['axis'])]} reads {figures['gain']:.2g} times the rate of {primary} "
+        f"from {figures['start']:.1f} to {figures['end']:.1f} s, and not so all along: its sign or its range "
+        "changed, or it was frozen; align the log before and behind that apart"
+    ),
     "unsolvable": lambda _, __, ___: (
         "no solution: the motion shows too little; record a longer one with stronger motion"
     ),

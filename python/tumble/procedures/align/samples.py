@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import dead_channel
+from tumble.acquisition.acquire import dead_channel, fault_of, stood_still
 from tumble.acquisition.duplicate_sensors import UnitHeads
 from tumble.acquisition.imu import faults_of
+from tumble.acquisition.standstills import Standstill, standstills
 from tumble.foundation.arrays import AXES
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import FloatArray, SampleProgress
+from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream
 from tumble.procedures.redundancy.logs import UnitLog
@@ -78,8 +80,14 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     segmenter, heads = _core.Segmenter(), UnitHeads()
     times, forces, rates = GrowingArray(), GrowingArray(AXES), GrowingArray(AXES)
     samples = 0
+    frozen: list[tuple[float, float]] = []
+    stuck: list[Standstill] = []
     stream = unit.recording.chunks()
-    for chunk in stream:
+    for logged in stream:
+        still = standstills(logged, TRIADS)
+        stuck += still.stuck
+        frozen += [(float(logged.time[a]), float(logged.time[b])) for a, b in still.frozen]
+        chunk = still.moving(logged)
         segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
         heads.push(chunk)
         for column, values in ((times, chunk.time), (forces, chunk.accelerometer), (rates, chunk.gyroscope)):
@@ -93,14 +101,19 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     time, force, rate = arrays if timed.all() else (each[timed] for each in arrays)
     _refuse_if_backwards(unit.name, time)
     acquired = segmenter.finish()
-    if fault := dead_channel(faults_of(acquired), LogTime(float(time[0]))) or heads.twice():
+    log_time = LogTime(float(time[0]))
+    faults = [*(fault_of(each, TRIADS) for each in stuck), *faults_of(acquired)]
+    if fault := dead_channel(faults, log_time) or heads.twice():
         raise ProcedureError(f"{unit.name}: {fault}")
     bias, sigma = _bias_at_rest(acquired)
     return UnitSamples(
         (time, force, rate),
         bias,
         sigma,
-        stream.counts.notices() if isinstance(stream, ChunkStream) else (),
+        (
+            *(stream.counts.notices() if isinstance(stream, ChunkStream) else ()),
+            *stood_still(frozen, log_time),
+        ),
         heads.gyroscope_digest(),
     )
 

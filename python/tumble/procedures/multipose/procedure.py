@@ -18,13 +18,14 @@ from tumble.acquisition.acquire import (
     refuse_if_rate_misread,
     rejected_rests_of,
     rests_of,
+    stood_still,
     trace_of,
     unused_rest,
 )
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
-from tumble.acquisition.repetitions import frozen_stretches
 from tumble.acquisition.stamps import open_sampled
+from tumble.acquisition.standstills import standstills
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.calibration.temperature_counts import TemperatureCounts
@@ -186,8 +187,8 @@ def multipose(
     temperatures = TemperatureCounts(before, unit.triads)
     samples = _samples(unit, temperatures, progress)
     # Labelled sections are used as they are.
-    frozen = [] if labelled else frozen_stretches(samples)
-    stood_still = [(samples.time[first], samples.time[last]) for first, last in frozen]
+    frozen = [] if labelled else list(standstills(samples, unit.triads).frozen)
+    spans = [(float(samples.time[first]), float(samples.time[last])) for first, last in frozen]
     used = _without(samples, frozen)
 
     def fit(before: Calibration | None, density: FloatArray | None = None) -> _core.MultiposeFigures:
@@ -267,11 +268,7 @@ def multipose(
         software=f"tumble {_core.__version__}",
     )
     warnings = (
-        *(
-            f"all readings stood still from {unit.log.time.span(*span)} s, as those of no sensor with noise "
-            "do: that time is left out"
-            for span in stood_still
-        ),
+        *(() if result.nominal_scale is None else stood_still(spans, unit.log.time)),
         *([] if noise_of_means is None else [_about_means(noise_of_means)]),
         *_warnings(result, found, figures, unit.acquired.missing),
         *_about_the_start(result),

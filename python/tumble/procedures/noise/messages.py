@@ -6,7 +6,9 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from tumble.foundation.log_time import LogTime
+from tumble.foundation.units import Triad
 from tumble.foundation.words import count_of, join, length_of_time
+from tumble.procedures.noise.course import NoiseChange
 from tumble.procedures.noise.result import KNOCK, RAMP_OF_LEVEL, STEP, ChannelNoise, Disturbance, StillPart
 
 NOTABLE_SHARE = 0.01
@@ -59,6 +61,21 @@ def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterato
             "only, as with vibration, changing temperature or a bad seat: intervals are wider by that, "
             "and the curve itself counts"
         )
+
+
+def changing(found: Sequence[NoiseChange], triads: Sequence[Triad]) -> Iterator[str]:
+    """Names channels whose white noise is not the same all along the log."""
+    names = {f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}": each for each in found}
+    for word, some in (
+        ("grows", {name: each for name, each in names.items() if each.last > each.first}),
+        ("fades", {name: each for name, each in names.items() if each.last < each.first}),
+    ):
+        if some:
+            factors = [max(each.last / each.first, each.first / each.last) for each in some.values()]
+            yield (
+                f"{_names(some)}: white noise {word} by a factor of {_range(factors, 1.0)} over the log: "
+                "what is stated is its mean; look at the supply and at what else changes"
+            )
 
 
 def disturbances(found: Sequence[Disturbance], logs: Mapping[str, LogTime]) -> Iterator[str]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,11 +26,23 @@ from tumble.foundation.results import INTERVAL, Parameter
 from tumble.foundation.units import UNITS, Triad
 from tumble.logs import ReadOptions
 from tumble.procedures.noise import messages
+from tumble.procedures.noise.course import NoiseChange
 from tumble.procedures.noise.result import ChannelNoise, DeviationCurve, Disturbance, NoiseResult, StillPart
 from tumble.procedures.noise.samples import StillSamples, without
+from tumble.procedures.noise.stillness import Stillness, stillness
 
+LARGEST_ROUNDING = 1.5
+"""Steps of the readings by which rounding changes a level at most, with room for inexact multiples."""
 LARGEST_RATE_DIFFERENCE = 0.02
 """Share by which the rates of logs that are joined may differ."""
+
+
+class _ReadOut(NamedTuple):
+    """Noise that logs showed where they were read at rest."""
+
+    figures: list[_core.NoiseFigures]
+    still: StillPart
+    changes: list[NoiseChange]
 
 
 def noise(
@@ -63,8 +76,9 @@ def noise(
         _refuse_other_rate(units[0] if units else unit, unit)
         units.append(unit)
         refuse_copies((each.name, each.digest) for each in units)
-    rests = [np.array(unit.acquired.rest_times) for unit in units]
-    found, part, disturbances = _without_disturbances(recordings, rests, progress)
+    still = [stillness(unit.recording, np.array(unit.acquired.rest_times)) for unit in units]
+    read_out, disturbances = _without_disturbances(recordings, still, progress)
+    found, part, changes = read_out
     channels = channels_of(triads, found)
     return NoiseResult(
         name=first.name,
@@ -81,27 +95,35 @@ def noise(
             *_notices(units),
             *messages.disturbances(disturbances, {unit.name: unit.log.time for unit in units}),
             *messages.warnings_of(part, channels),
+            *messages.changing(changes, triads),
         ),
         software=f"tumble {_core.__version__}",
     )
 
 
 def _without_disturbances(
-    recordings: Sequence[Recording], rests: Sequence[FloatArray], progress: SampleProgress | None
-) -> tuple[list[_core.NoiseFigures], StillPart, tuple[Disturbance, ...]]:
-    """Reads logs at their rests (k, 2), s; again without what disturbs them, where anything does."""
+    recordings: Sequence[Recording], still: Sequence[Stillness], progress: SampleProgress | None
+) -> tuple[_ReadOut, tuple[Disturbance, ...]]:
+    """Reads logs where they stood still; again without what disturbs them, where anything does."""
+    rests = [each.rests for each in still]
     triads = recordings[0].metadata.triads
     watch = _core.NoiseWatch(3 * len(triads))
-    figures, part = _read(recordings, rests, progress, watch)
-    disturbances = tuple(_disturbances(watch, triads))
+    read_out = _read(recordings, rests, progress, watch)
+    # A change by a step of the readings is rounding.
+    coarse = np.max([each.steps for each in still], axis=0)
+    disturbances = tuple(
+        each
+        for each, step in _disturbances(watch, triads, coarse)
+        if abs(each.size) > LARGEST_ROUNDING * step
+    )
     disturbed = [
         [(each.start, each.end) for each in disturbances if each.log == log and each.left_out]
         for log in range(len(recordings))
     ]
     parted = [without(rest, times) for rest, times in zip(rests, disturbed, strict=True)]
     if all(map(np.array_equal, parted, rests)):
-        return figures, part, disturbances
-    return *_read(recordings, parted, progress), disturbances
+        return read_out, disturbances
+    return _read(recordings, parted, progress), disturbances
 
 
 def _read(
@@ -109,30 +131,36 @@ def _read(
     rests: Sequence[FloatArray],
     progress: SampleProgress | None,
     watch: _core.NoiseWatch | None = None,
-) -> tuple[list[_core.NoiseFigures], StillPart]:
+) -> _ReadOut:
     still = StillSamples(recordings[0].metadata.triads, watch)
     for recording, times in zip(recordings, rests, strict=True):
         still.read(recording, times, progress)
-    return still.finish()
+    return _ReadOut(*still.finish(), still.course.changes())
 
 
-def _disturbances(watch: _core.NoiseWatch, triads: Sequence[Triad]) -> list[Disturbance]:
+def _disturbances(
+    watch: _core.NoiseWatch, triads: Sequence[Triad], steps: FloatArray
+) -> list[tuple[Disturbance, float]]:
+    """Lists disturbances, each with the step of the readings of its channel."""
     found = [
-        Disturbance(
-            channel=f"{triads[place // 3]} {'xyz'[place % 3]}",
-            unit=UNITS[triads[place // 3]],
-            kind=each["kind"],
-            log=each["log"],
-            start=each["time"][0],
-            end=each["time"][1],
-            size=each["size"],
-            sigma=each["sigma"],
-            left_out=not more,
+        (
+            Disturbance(
+                channel=f"{triads[place // 3]} {'xyz'[place % 3]}",
+                unit=UNITS[triads[place // 3]],
+                kind=each["kind"],
+                log=each["log"],
+                start=each["time"][0],
+                end=each["time"][1],
+                size=each["size"],
+                sigma=each["sigma"],
+                left_out=not more,
+            ),
+            float(steps[place]),
         )
         for place, (of_channel, more) in enumerate(watch.conclude())
         for each in of_channel
     ]
-    return sorted(found, key=lambda each: (each.log, each.start))
+    return sorted(found, key=lambda each: (each[0].log, each[0].start))
 
 
 def _refuse_unless_still(unit: Imu) -> None:

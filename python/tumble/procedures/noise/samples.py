@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble import _core
+from tumble.acquisition.standstills import standstills
 from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import Triad
+from tumble.procedures.noise.course import NoiseCourse
 from tumble.procedures.noise.result import StillPart
 
 RestNumbers: TypeAlias = NDArray[np.int64]
@@ -27,6 +29,7 @@ class StillSamples:
 
     def __init__(self, triads: Sequence[Triad], watch: _core.NoiseWatch | None = None) -> None:
         self.record = _core.NoiseRecord(3 * len(triads))
+        self.course = NoiseCourse()
         self._watch = watch
         self._triads = triads
         self._logs = self._samples = self._used = self._stretches = self._gaps = 0
@@ -100,7 +103,8 @@ class StillSamples:
 
     def _read_part(self, part: Recording, rests: FloatArray, progress: SampleProgress | None) -> None:
         self.begin_part()
-        for chunk in part.chunks():
+        for logged in part.chunks():
+            chunk = standstills(logged, self._triads).moving(logged)
             self.take(chunk, _rest_of(chunk.time, rests))
             if progress is not None:
                 progress(self._samples, None)
@@ -114,6 +118,7 @@ class StillSamples:
             self._watch.push(np.ascontiguousarray(chunk.time[rows]), values, at_rest)
         if at_rest:
             self.record.push(values)
+            self.course.push(values)
             self._in_stretch += rows.stop - rows.start
 
     def _end_stretch(self) -> None:

@@ -228,6 +228,12 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
         )
     if figures["widening"] > 1.0:
         yield misfit(figures["chi_square"], figures["degrees_of_freedom"], figures["widening"])
+    if (factor := figures.get("row_factor", 1.0)) > 1.0:
+        yield (
+            "residuals of the specific force go on while the robot turns, as on a floor that gives way, on a "
+            "circle, or with a gyroscope that was read in another range: the sigmas of specific force are "
+            f"{math.sqrt(factor):.1f} times those of independent noise"
+        )
     ways = [figures["turned_clockwise"], figures["turned_counter_clockwise"]]
     if min(ways) < SMALLEST_DIRECTION and np.isfinite(figures["lever_arm_sigma"]).all():
         yield (

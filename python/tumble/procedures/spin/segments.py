@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tumble.acquisition.acquire import corrected
+from tumble.acquisition.standstills import standstills
 from tumble.calibration.document import Calibration
 from tumble.foundation.recording import FloatArray, Recording, SampleProgress
 from tumble.foundation.results import Rest
@@ -193,7 +194,8 @@ def read_intervals(
     done = 0
     stream = recording.chunks()
     for chunk in stream:
-        piece = SpinSamples(chunk.time, *corrected(chunk, calibration))
+        moving = standstills(chunk, recording.metadata.triads).moving(chunk)
+        piece = SpinSamples(moving.time, *corrected(moving, calibration))
         done += len(chunk)
         if progress is not None:
             progress(done, stream.expected if isinstance(stream, ChunkStream) else None)

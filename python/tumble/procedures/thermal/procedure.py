@@ -14,6 +14,7 @@ from tumble.acquisition.duplicate_sensors import refuse_copies
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.notices import correction_notice
+from tumble.acquisition.standstills import standstills
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.foundation.constants import STANDARD_GRAVITY
@@ -158,7 +159,8 @@ def _read(
     """Passes a log to the core; a triad that was not recorded is zero."""
     triads = recording.metadata.triads
     for part in recording.parts or (recording,):
-        for chunk in part.chunks():
+        for logged in part.chunks():
+            chunk = standstills(logged, triads).moving(logged)
             if chunk.temperature is None:
                 continue
             nothing = np.zeros((len(chunk), 3))

@@ -257,7 +257,7 @@ class TargetProcedure:
         """Reports a turn of the unit in its fixture between two rests, deg, which the fit took in."""
         if figures is None or "slip" not in figures:
             return
-        before, behind, angle, sigma = figures["slip"]
+        before, behind, angle, sigma, holds_behind = figures["slip"]
         names = self.match.names
         rests = " and ".join(
             f"rest {rest + 1}" + (f" ({names[rest]})" if rest in names else "") for rest in (before, behind)
@@ -267,8 +267,8 @@ class TargetProcedure:
         yield (
             math.degrees(angle),
             f"slipped by {math.degrees(angle):.3f} ± {math.degrees(sigma):.1g} deg against the reference "
-            f"between {rests}, at {ended:.1f} to {began:.1f} s: the mounting is that before, and the fit "
-            "includes the turn; fasten the unit",
+            f"between {rests}, at {ended:.1f} to {began:.1f} s: the mounting is that "
+            f"{'behind' if holds_behind else 'before'}, and the fit includes the turn; fasten the unit",
         )
 
     def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:

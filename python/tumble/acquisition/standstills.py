@@ -1,0 +1,119 @@
+"""Readings that repeat for a while, of channels whose noise else moves them from sample to sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.acquisition.repetitions import FROZEN
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import Triad
+from tumble.logs.row_order import select
+
+_COARSE = 0.01
+"""Share of changes that end a short repetition, above which a channel is too coarse to show a standstill."""
+_FEWEST = 10
+"""Readings of a repetition that counts: a log of a few samples a second repeats one by chance."""
+_FEWEST_CHANGES = 20
+"""Changes of a channel without which nothing is known of its noise."""
+
+_Run = tuple[int, int]
+"""First and last index of equal readings."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standstill:
+    """A channel that repeated one reading while others went on."""
+
+    channel: int
+    """Place among the columns of the triads that were recorded."""
+    value: float
+    first: float
+    last: float
+    """s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standstills:
+    """What stood still in successive samples."""
+
+    frozen: tuple[_Run, ...]
+    """Stretches in which every channel repeated its reading."""
+    stuck: tuple[Standstill, ...]
+
+    def moving(self, samples: Chunk) -> Chunk:
+        """Returns the samples without the repetitions of stretches in which all stood still."""
+        if not self.frozen:
+            return samples
+        return select(samples, self.kept(len(samples)))
+
+    def kept(self, count: int) -> NDArray[np.bool_]:
+        """(count,) true but for the repetitions of these stretches."""
+        kept = np.ones(count, dtype=np.bool_)
+        for first, last in self.frozen:
+            kept[first + 1 : last + 1] = False
+        return kept
+
+
+def standstills(samples: Chunk, triads: Sequence[Triad]) -> Standstills:
+    """Finds stretches longer than `FROZEN` in which channels that are fine enough repeat a reading exactly.
+
+    A sensor that is coarse beside its noise repeats readings often, for short; what it repeats for long shows
+    nothing. Neither does the end of a range, nor the zero of a gyroscope that shows rest as zero.
+    """
+    readings = np.column_stack([getattr(samples, triad) for triad in triads]) if triads else np.empty((0, 0))
+    if len(readings) < _FEWEST_CHANGES:
+        return Standstills((), ())
+    same = readings[1:] == readings[:-1]
+    alive = ~same.all(axis=0)
+    lasting = {
+        channel: runs
+        for channel in np.flatnonzero(alive).tolist()
+        if (runs := _lasting(samples.time, same[:, channel])) is not None
+    }
+    if not lasting:
+        return Standstills((), ())
+    frozen = _long_runs(samples.time, same[:, alive].all(axis=1))
+    stuck = tuple(_stuck(samples.time, readings, lasting, frozen))
+    return Standstills(tuple(frozen), stuck)
+
+
+def _runs(same: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(k, 2) first and last index of each run of equal readings."""
+    changes = np.flatnonzero(~same)
+    return np.column_stack([np.r_[0, changes + 1], np.r_[changes, len(same)]])
+
+
+def _is_long(time: FloatArray, runs: NDArray[np.intp]) -> NDArray[np.bool_]:
+    lasts: NDArray[np.bool_] = time[runs[:, 1]] - time[runs[:, 0]] > FROZEN
+    return lasts & (runs[:, 1] - runs[:, 0] >= _FEWEST)
+
+
+def _long_runs(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run]:
+    runs = _runs(same)
+    return [(int(first), int(last)) for first, last in runs[_is_long(time, runs)]]
+
+
+def _lasting(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run] | None:
+    """Lists the long repetitions of a channel; None where it is too coarse to show any."""
+    runs = _runs(same)
+    long = _is_long(time, runs)
+    short = int((runs[~long, 1] > runs[~long, 0]).sum())
+    if len(runs) < _FEWEST_CHANGES or short > _COARSE * len(runs):
+        return None
+    return [(int(first), int(last)) for first, last in runs[long]]
+
+
+def _stuck(
+    time: FloatArray, readings: FloatArray, lasting: dict[int, list[_Run]], frozen: Sequence[_Run]
+) -> Iterator[Standstill]:
+    ends = readings.min(axis=0), readings.max(axis=0)
+    for channel, runs in lasting.items():
+        for first, last in runs:
+            value = float(readings[first, channel])
+            in_all = any(begin <= last and first <= end for begin, end in frozen)
+            if not in_all and value not in (0.0, ends[0][channel], ends[1][channel]):
+                yield Standstill(channel, value, float(time[first]), float(time[last]))
