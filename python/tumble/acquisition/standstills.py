@@ -15,6 +15,8 @@ from tumble.logs.row_order import select
 
 _COARSE = 0.01
 """Share of changes that end a short repetition, above which a channel is too coarse to show a standstill."""
+_FINE = 8.0
+"""Ratio of the changes of changes of a channel to its smallest change above which noise makes them."""
 _FEWEST = 10
 """Readings of a repetition that counts: a log of a few samples a second repeats one by chance."""
 _FEWEST_CHANGES = 20
@@ -72,13 +74,25 @@ def standstills(samples: Chunk, triads: Sequence[Triad]) -> Standstills:
     lasting = {
         channel: runs
         for channel in np.flatnonzero(alive).tolist()
-        if (runs := _lasting(samples.time, same[:, channel])) is not None
+        if _is_fine(readings[:, channel]) and (runs := _lasting(samples.time, same[:, channel])) is not None
     }
     if not lasting:
         return Standstills((), ())
     frozen = _long_runs(samples.time, same[:, alive].all(axis=1))
     stuck = tuple(_stuck(samples.time, readings, lasting, frozen))
     return Standstills(tuple(frozen), stuck)
+
+
+def _is_fine(values: FloatArray) -> bool:
+    """Returns whether the noise of (n,) readings is far above their smallest change, in motion or not.
+
+    A gyroscope whose noise is below a step repeats nothing while its rate changes, and all at rest.
+    """
+    changes = np.diff(values)
+    smallest = np.min(np.abs(changes), where=changes != 0.0, initial=np.inf)
+    bends = np.abs(np.diff(changes))
+    moving = bends[(changes[1:] != 0.0) & (changes[:-1] != 0.0)]
+    return len(moving) > 0 and bool(np.median(moving) > _FINE * smallest)
 
 
 def _runs(same: NDArray[np.bool_]) -> NDArray[np.intp]:

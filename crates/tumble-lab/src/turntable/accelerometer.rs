@@ -219,7 +219,7 @@ fn slip(
             start: observations[place - 1].interval.end,
             end: observations[place].interval.start,
         },
-        side: Side::of(place, observations.len()),
+        side: Side::of(observations, place),
     })
 }
 

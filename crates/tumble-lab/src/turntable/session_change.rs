@@ -100,7 +100,7 @@ pub struct Slip {
     pub rests: (usize, usize),
     /// From the end of the one to the beginning of the other, s on the clock of the reference.
     pub span: Interval<f64>,
-    /// Side of the slip on which the calibration holds: that of more rests.
+    /// Side of the slip on which the calibration holds: before it, unless one direction alone was shown there.
     pub side: Side,
 }
 
@@ -114,12 +114,12 @@ pub enum Side {
 }
 
 impl Side {
-    /// The side of more rests, of so many, where the target slipped before the rest of this number.
-    pub(super) fn of(place: usize, rests: usize) -> Self {
-        if 2 * place < rests {
-            Self::Behind
-        } else {
+    /// The side on which a calibration holds, where the target slipped before the rest of this number.
+    pub(super) fn of(observations: &[ForceObservation<f64>], place: usize) -> Self {
+        if shows_two(&observations[..place]) {
             Self::Before
+        } else {
+            Self::Behind
         }
     }
 
@@ -227,22 +227,22 @@ pub(super) fn shown(plain: f64, found: f64, unknowns: f64, freedom: f64, chances
     (by_noise < FALSE_ALARM && by_residuals < FALSE_ALARM_BY_RESIDUALS).then_some(found / freedom) // eq. 58
 }
 
-/// Rests before which a slip would show: there are two directions on the side of more rests.
+/// Rests before which a slip would show: there are two directions on a side.
 fn places_of_slips(observations: &[ForceObservation<f64>]) -> Vec<usize> {
+    (1..observations.len())
+        .filter(|place| shows_two(&observations[..*place]) || shows_two(&observations[*place..]))
+        .collect()
+}
+
+/// Tests whether rests show two directions of gravity that are no opposites.
+fn shows_two(observations: &[ForceObservation<f64>]) -> bool {
     let up = |observation: &ForceObservation<f64>| {
         observation.regressor.fixed_rows::<3>(0).into_owned().normalize()
     };
-    let ups: Vec<_> = observations.iter().map(up).collect();
-    let has_two = |some: &[Vector3<f64>]| {
-        some.iter()
-            .any(|up| some.first().is_some_and(|first| first.dot(up).abs() < ALIKE))
-    };
-    (1..ups.len())
-        .filter(|place| match Side::of(*place, ups.len()) {
-            Side::Before => has_two(&ups[..*place]),
-            Side::Behind => has_two(&ups[*place..]),
-        })
-        .collect()
+    observations.first().is_some_and(|first| {
+        let first = up(first);
+        observations.iter().any(|each| first.dot(&up(each)).abs() < ALIKE)
+    })
 }
 
 /// Observations with the course of a bias among the regressors.
@@ -259,7 +259,7 @@ pub(super) fn drifting(
 
 /// Observations with a slip before the rest of this number among the errors that they share.
 pub(super) fn slipping(observations: &[ForceObservation<f64>], place: usize) -> Vec<Observation<f64, 4, 6>> {
-    let side = Side::of(place, observations.len());
+    let side = Side::of(observations, place);
     observations
         .iter()
         .enumerate()
@@ -303,7 +303,7 @@ pub(super) fn as_slipped(
     turn: &Vector3<f64>,
 ) -> Vec<ForceObservation<f64>> {
     let mut slipped = observations.to_vec();
-    let behind = Side::of(place, observations.len()) == Side::Before;
+    let behind = Side::of(observations, place) == Side::Before;
     let others = if behind { place..slipped.len() } else { 0..place };
     for observation in &mut slipped[others] {
         let mut truth = observation.regressor.fixed_rows_mut::<3>(0);
