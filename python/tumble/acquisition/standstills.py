@@ -16,7 +16,7 @@ from tumble.logs.row_order import select
 _COARSE = 0.01
 """Share of changes that end a short repetition, above which a channel is too coarse to show a standstill."""
 _FINE = 8.0
-"""Ratio of the changes of changes of a channel to its smallest change above which noise makes them."""
+"""Ratio of the second differences of a channel to its smallest change above which noise makes them."""
 _FEWEST = 10
 """Readings of a repetition that counts: a log of a few samples a second repeats one by chance."""
 _FEWEST_CHANGES = 20
@@ -40,7 +40,7 @@ class Standstill:
 
 @dataclass(frozen=True, slots=True)
 class Standstills:
-    """What stood still in successive samples."""
+    """Standstills of channels in successive samples."""
 
     frozen: tuple[_Run, ...]
     """Stretches in which every channel repeated its reading."""
