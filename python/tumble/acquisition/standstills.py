@@ -17,6 +17,8 @@ _COARSE = 0.01
 """Share of changes that end a short repetition, above which a channel is too coarse to show a standstill."""
 _FINE = 8.0
 """Ratio of the second differences of a channel to its smallest change above which noise makes them."""
+_LOOK = 1 << 16
+"""Readings that show the noise of a channel."""
 _FEWEST = 10
 """Readings of a repetition that counts: a log of a few samples a second repeats one by chance."""
 _FEWEST_CHANGES = 20
@@ -66,21 +68,23 @@ def standstills(samples: Chunk, triads: Sequence[Triad]) -> Standstills:
     A sensor that is coarse beside its noise repeats readings often, for short; what it repeats for long shows
     nothing. Neither does the end of a range, nor the zero of a gyroscope that shows rest as zero.
     """
-    readings = np.column_stack([getattr(samples, triad) for triad in triads]) if triads else np.empty((0, 0))
-    if len(readings) < _FEWEST_CHANGES:
+    if len(samples) < _FEWEST_CHANGES:
         return Standstills((), ())
-    same = readings[1:] == readings[:-1]
-    alive = ~same.all(axis=0)
-    lasting = {
-        channel: runs
-        for channel in np.flatnonzero(alive).tolist()
-        if _is_fine(readings[:, channel]) and (runs := _lasting(samples.time, same[:, channel])) is not None
-    }
+    # Long logs are held once: nothing here copies all channels.
+    columns = [getattr(samples, triad)[:, axis] for triad in triads for axis in range(3)]
+    all_same = np.ones(len(samples) - 1, dtype=np.bool_)
+    lasting: dict[int, list[_Run]] = {}
+    for channel, values in enumerate(columns):
+        same = values[1:] == values[:-1]
+        if same.all():
+            continue
+        all_same &= same
+        if _is_fine(values[:_LOOK]) and (runs := _lasting(samples.time, same)) is not None:
+            lasting[channel] = runs
     if not lasting:
         return Standstills((), ())
-    frozen = _long_runs(samples.time, same[:, alive].all(axis=1))
-    stuck = tuple(_stuck(samples.time, readings, lasting, frozen))
-    return Standstills(tuple(frozen), stuck)
+    frozen = _long_runs(samples.time, all_same)
+    return Standstills(tuple(frozen), tuple(_stuck(samples.time, columns, lasting, frozen)))
 
 
 def _is_fine(values: FloatArray) -> bool:
@@ -95,10 +99,11 @@ def _is_fine(values: FloatArray) -> bool:
     return len(moving) > 0 and bool(np.median(moving) > _FINE * smallest)
 
 
-def _runs(same: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """(k, 2) first and last index of each run of equal readings."""
-    changes = np.flatnonzero(~same)
-    return np.column_stack([np.r_[0, changes + 1], np.r_[changes, len(same)]])
+def _repetitions(same: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(k, 2) first and last index of each run of two equal readings or more."""
+    padded = np.zeros(len(same) + 2, dtype=np.bool_)
+    padded[1:-1] = same
+    return np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
 
 
 def _is_long(time: FloatArray, runs: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -107,27 +112,27 @@ def _is_long(time: FloatArray, runs: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 
 def _long_runs(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run]:
-    runs = _runs(same)
+    runs = _repetitions(same)
     return [(int(first), int(last)) for first, last in runs[_is_long(time, runs)]]
 
 
 def _lasting(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run] | None:
     """Lists the long repetitions of a channel; None where it is too coarse to show any."""
-    runs = _runs(same)
+    runs = _repetitions(same)
     long = _is_long(time, runs)
-    short = int((runs[~long, 1] > runs[~long, 0]).sum())
-    if len(runs) < _FEWEST_CHANGES or short > _COARSE * len(runs):
+    readings = len(same) + 1 - int(same.sum())
+    if readings < _FEWEST_CHANGES or (~long).sum() > _COARSE * readings:
         return None
     return [(int(first), int(last)) for first, last in runs[long]]
 
 
 def _stuck(
-    time: FloatArray, readings: FloatArray, lasting: dict[int, list[_Run]], frozen: Sequence[_Run]
+    time: FloatArray, columns: Sequence[FloatArray], lasting: dict[int, list[_Run]], frozen: Sequence[_Run]
 ) -> Iterator[Standstill]:
-    ends = readings.min(axis=0), readings.max(axis=0)
     for channel, runs in lasting.items():
+        readings = columns[channel]
         for first, last in runs:
-            value = float(readings[first, channel])
+            value = float(readings[first])
             in_all = any(begin <= last and first <= end for begin, end in frozen)
-            if not in_all and value not in (0.0, ends[0][channel], ends[1][channel]):
+            if not in_all and value not in (0.0, readings.min(), readings.max()):
                 yield Standstill(channel, value, float(time[first]), float(time[last]))
