@@ -82,7 +82,7 @@ const UNLIKELY: f64 = 3.1;
 const MOST_ALIKE: f64 = 0.95;
 
 /// Variance of an axis, (m/s^2)^2, that goes on from row to row of the turning robot, and the factor on the variances of its
-/// rows that stands for it: none, and one, where chance makes as much (docs/theory/spin.md, eq. 29 and 30).
+/// rows that stands for it: none, and one, where chance makes as much (docs/theory/spin.md, eq. 25a and 25b).
 fn lasting<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
     let half = real::<T>(0.5);
     let residual = |block: &FittedBlock<T>| block.force - block.fit;
@@ -106,14 +106,14 @@ fn lasting<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
     if pairs == 0 || sum <= T::zero() {
         return (T::zero(), T::one());
     }
-    let correlation = alike / sum * count::<T>(rows) / count(pairs); // eq. 29
+    let correlation = alike / sum * count::<T>(rows) / count(pairs); // eq. 25a
     let chance = of_axes.norm() / sum / count::<T>(pairs).sqrt();
     if correlation < chance * real(UNLIKELY) {
         return (T::zero(), T::one());
     }
     let correlation = correlation.min(real(MOST_ALIKE));
     let variance = sum / (count::<T>(rows) * real(3.0));
-    let factor = (T::one() + correlation) / (T::one() - correlation); // eq. 30
+    let factor = (T::one() + correlation) / (T::one() - correlation); // eq. 25b
     (variance * correlation, factor)
 }
 

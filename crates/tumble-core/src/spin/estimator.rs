@@ -250,7 +250,7 @@ impl<T: Real> SpinEstimator<T> {
     pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
         let duration = self.turned.duration();
         axis.block_variance * duration / count(self.rates.points().max(1)) // eq. 13: N^2
-            + self.turned.skipped / duration // eq. 28
+            + self.turned.skipped / duration // eq. 12a
     }
 
     /// Takes in a sample as the sensors give it: what their readings have in common is their resolution.

@@ -366,7 +366,7 @@ fn priors<T: Real>(
 ) -> SpinPriors<T> {
     let as_at_rest = rests.block_variance(0) * real::<T>(ROW_OF_BLOCK);
     let rounding = spin.force_rounding(rests);
-    let turning = spin.turning().variance().unwrap_or(as_at_rest) * spin.row_factor(); // eq. 30
+    let turning = spin.turning().variance().unwrap_or(as_at_rest) * spin.row_factor(); // eq. 25b
     let turning = turning + spin.turning_force_rounding(rests) * count::<T>(spin.turning().rows()); // eq. 27
     SpinPriors {
         gravity: spin.settings().gravity,
