@@ -64,7 +64,7 @@ pub fn f_tail(x: f64, first: f64, second: f64) -> f64 {
     let x = x.max(0.0);
     let (outer, inner) = (second / (second + first * x), first * x / (second + first * x));
     let (a, b) = (0.5 * second, 0.5 * first);
-    let front = (a * outer.ln() + b * inner.ln() - log_beta(a, b)).exp();
+    let front = libm::exp(a * libm::log(outer) + b * libm::log(inner) - log_beta(a, b));
     if outer < (a + 1.0) / (a + b + 2.0) {
         front / (a * beta_fraction(a, b, outer))
     } else {
@@ -155,11 +155,11 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
 /// x^a e^-x / Gamma(a).
 fn gamma_front(a: f64, x: f64) -> f64 {
     if a < STIRLING {
-        return (a * x.ln() - x - libm::lgamma(a)).exp();
+        return libm::exp(a * libm::log(x) - x - libm::lgamma(a));
     }
     // Written about x = a, where the terms all but cancel.
     let off = (x - a) / a;
-    (a * (off.ln_1p() - off) - stirling(a)).exp() * (a / (2.0 * PI)).sqrt()
+    libm::exp(a * (libm::log1p(off) - off) - stirling(a)) * (a / (2.0 * PI)).sqrt()
 }
 
 /// Remainder of ln Gamma(a) above (a - 1/2) ln a - a + ln(2 pi) / 2, DLMF 5.11.1.
@@ -204,8 +204,8 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
 /// Density of Student's t: (1 + t^2 / freedom)^(-(freedom + 1) / 2) / (sqrt(freedom) B(1/2, freedom / 2)).
 fn student_density(t: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
-    let log_power = -0.5 * (freedom + 1.0) * (t * t / freedom).ln_1p();
-    (log_power + log_gamma_step(half, 0.5)).exp() / (PI * freedom).sqrt()
+    let log_power = -0.5 * (freedom + 1.0) * libm::log1p(t * t / freedom);
+    libm::exp(log_power + log_gamma_step(half, 0.5)) / (PI * freedom).sqrt()
 }
 
 /// ln B(a, b).
@@ -218,7 +218,7 @@ fn log_gamma_step(a: f64, step: f64) -> f64 {
     if a < STIRLING {
         return libm::lgamma(a + step) - libm::lgamma(a);
     }
-    (a - 0.5) * (step / a).ln_1p() - step + step * (a + step).ln() + stirling(a + step) - stirling(a)
+    (a - 0.5) * libm::log1p(step / a) - step + step * libm::log(a + step) + stirling(a + step) - stirling(a)
 }
 
 /// A continued fraction `b0 + a1 / (b1 + a2 / (b2 + ...))` from its head on, by the method of Lentz as modified by

@@ -184,7 +184,7 @@ fn is_calm(group: &Group, noise: f64) -> bool {
 }
 
 fn goes_on(run: &Group, next: &Group, noise: f64) -> bool {
-    let chance = SIGMAS * mean_sigma(noise, run.samples).hypot(mean_sigma(noise, next.samples));
+    let chance = SIGMAS * libm::hypot(mean_sigma(noise, run.samples), mean_sigma(noise, next.samples));
     let allowed = chance + TABLE_RIPPLE * run.rate().norm() + DRIFT;
     (next.rate() - run.rate()).norm() <= allowed
 }
@@ -257,7 +257,7 @@ pub fn label_plateaus(plateaus: &mut [Plateau], noise: f64, gate: RateGate) {
 fn level(plateaus: &[Plateau], among: &[bool], noise: f64, (apart, by_force): (f64, f64)) -> Vec<bool> {
     let still = |i: usize| among[i] && !plateaus[i].gravity_turns;
     let agree = |a: &Plateau, b: &Plateau| {
-        let chance = SIGMAS * mean_sigma(noise, a.samples).hypot(mean_sigma(noise, b.samples));
+        let chance = SIGMAS * libm::hypot(mean_sigma(noise, a.samples), mean_sigma(noise, b.samples));
         (a.rate - b.rate).norm() <= apart + by_force * (a.force - b.force).norm() + chance
     };
     let members = |i: usize| -> Vec<bool> {

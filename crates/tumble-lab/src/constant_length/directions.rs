@@ -25,7 +25,7 @@ pub fn covering(count: u32) -> impl Iterator<Item = Vector3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-        let (sine, cosine) = (golden * f64::from(i)).sin_cos();
+        let (sine, cosine) = libm::sincos(golden * f64::from(i));
         let across = (1.0 - z * z).sqrt();
         Vector3::new(across * cosine, across * sine, z)
     })

@@ -286,7 +286,7 @@ impl Bent {
     /// Covariance of the unknowns about a fit of a line, of both fits by their Akaike weights, less that of noise alone
     /// (docs/theory/multipose.md, eq. 40a).
     fn beyond_a_line(&self, line: &SMatrix<f64, UNKNOWNS, UNKNOWNS>) -> SMatrix<f64, UNKNOWNS, UNKNOWNS> {
-        let weight = (1.0 + (self.determined - 0.5 * self.explained).exp()).recip();
+        let weight = (1.0 + libm::exp(self.determined - 0.5 * self.explained)).recip();
         SMatrix::from_fn(|i, j| {
             weight * (self.covariance[(i, j)] + self.step[i] * self.step[j] - line[(i, j)]) // eq. 40a
         })

@@ -84,17 +84,17 @@ pub fn fit_faces(
         session: *session,
         gravity,
     };
-    let (mut low, mut high) = (TILTS.0.ln(), TILTS.1.ln());
+    let (mut low, mut high) = (libm::log(TILTS.0), libm::log(TILTS.1));
     let freedom = f64::from(data.degrees_of_freedom());
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
-        if data.solve(middle.exp())?.chi_square > freedom {
+        if data.solve(libm::exp(middle))?.chi_square > freedom {
             low = middle;
         } else {
             high = middle;
         } // eq. 24
     }
-    data.finish(high.exp())
+    data.finish(libm::exp(high))
 }
 
 /// The same with the tilt known.

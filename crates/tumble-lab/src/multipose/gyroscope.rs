@@ -422,7 +422,7 @@ impl Rotations {
         match self.latitude {
             Some(latitude) => {
                 let level = Matrix3::identity() - up * up.transpose();
-                level * (0.5 * (EARTH_RATE * latitude.cos()).powi(2))
+                level * (0.5 * (EARTH_RATE * libm::cos(latitude)).powi(2))
             }
             None => Matrix3::identity() * earth_variance::<f64>(),
         }
@@ -637,5 +637,5 @@ fn unexplained(terms: &[(f64, f64, f64)], unknowns: f64) -> f64 {
 
 /// Angle between two directions, rad, of which this is the difference.
 fn angle_of(apart: &Vector3<f64>) -> f64 {
-    2.0 * (0.5 * apart.norm()).min(1.0).asin()
+    2.0 * libm::asin((0.5 * apart.norm()).min(1.0))
 }

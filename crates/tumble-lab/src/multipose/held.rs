@@ -136,7 +136,7 @@ fn without_turns(
         let mut values: Vec<f64> = rates.iter().map(|rate| rate[i]).collect();
         median(&mut values).unwrap_or(0.0)
     });
-    let limit = TURNING + noise[3].hypot(noise[4]).hypot(noise[5]);
+    let limit = TURNING + libm::hypot(libm::hypot(noise[3], noise[4]), noise[5]);
     let each = spans.into_iter().zip(rates);
     each.filter(|(_, rate)| (rate - usual).norm() < limit)
         .map(|(span, _)| span)
@@ -272,7 +272,7 @@ pub(super) fn tremor(samples: &MultiposeSamples<'_>, (first, end): HeldSpan) -> 
     let amplitude = (2.0 * square).sqrt();
     let noise = (whole - square).max(0.0).sqrt();
     #[allow(clippy::cast_precision_loss)]
-    let frequency = cosine.acos() / (std::f64::consts::TAU * step * lag as f64);
+    let frequency = libm::acos(cosine) / (std::f64::consts::TAU * step * lag as f64);
     (amplitude > TREMBLES.0.max(TREMBLES.1 * noise)).then_some(Tremor { amplitude, frequency })
 }
 

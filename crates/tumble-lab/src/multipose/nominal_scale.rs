@@ -105,6 +105,6 @@ fn mean_and_scatter(readings: &[[f64; 3]]) -> (Vector3<f64>, f64) {
 
 /// Four digits, as a user types them.
 pub(super) fn rounded(scale: f64) -> f64 {
-    let unit = 10.0_f64.powf(scale.log10().floor() - 3.0);
+    let unit = libm::pow(10.0, libm::log10(scale).floor() - 3.0);
     (scale / unit).round() * unit
 }

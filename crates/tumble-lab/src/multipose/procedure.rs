@@ -820,7 +820,7 @@ fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSetti
     };
     // Only its level part takes gravity from where the turn led it.
     let earth = settings.latitude.map_or(earth_variance(), |latitude| {
-        0.5 * (EARTH_RATE * latitude.cos()).powi(2)
+        0.5 * (EARTH_RATE * libm::cos(latitude)).powi(2)
     });
     let rounding = unit.rounding.of_turn(turn, unit.rests.len()).max();
     (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + rounding + earth * duration * duration

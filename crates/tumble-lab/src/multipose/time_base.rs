@@ -21,7 +21,7 @@ pub(super) fn implausible_scale(gyroscope: &TriadCalibration) -> Option<f64> {
     let variance = gyroscope.parts_covariance.fixed_view::<3, 3>(SCALE, SCALE);
     let relative = variance.component_div(&(scale * scale.transpose()));
     let sigma = relative.sum().sqrt() / 3.0;
-    let beyond = logarithms.mean().abs() > IMPLAUSIBLE.ln() + SIGMAS * sigma; // eq. 32
-    let alike = logarithms.max() - logarithms.min() < ALIKE.ln();
-    (beyond && alike).then(|| logarithms.mean().exp())
+    let beyond = logarithms.mean().abs() > libm::log(IMPLAUSIBLE) + SIGMAS * sigma; // eq. 32
+    let alike = logarithms.max() - logarithms.min() < libm::log(ALIKE);
+    (beyond && alike).then(|| libm::exp(logarithms.mean()))
 }

@@ -69,7 +69,7 @@ fn smooth(nodes: &[Node], variance: f64, walk: f64) -> Explained {
         let expected = covariance[(0, 0)] + variance;
         if number > 1 {
             chi_square += innovation * innovation / expected;
-            likelihood -= 0.5 * (innovation * innovation / expected + expected.ln());
+            likelihood -= 0.5 * (innovation * innovation / expected + libm::log(expected));
         }
         let gain = covariance.column(0) / expected;
         state += gain * innovation;
