@@ -6,9 +6,11 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 INSTALL := VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/uv pip install --quiet --require-hashes --requirement
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+WEB_SOURCES := $(shell find web/src) web/build.mjs web/package-lock.json $(wildcard python/tumble/bench/static/*.css)
+CORE_OF_PAGE := target/wasm32-unknown-unknown/web/tumble_web.wasm
 
 # Crates that have tests, but for the fuzzers, which `make soak` runs.
-TESTED := --workspace --exclude tumble-fuzz --exclude tumble-py
+TESTED := --workspace --exclude tumble-fuzz --exclude tumble-py --exclude tumble-web
 
 # Strict: a link that leads nowhere, a page that no menu leads to, a name that does not exist end it. With --quiet none would.
 SITE := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
@@ -22,12 +24,14 @@ export PYTHONHASHSEED ?= 0
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize mutants bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build web demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize mutants bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 build: $(VENV)/.native  ## Build the native module and install the package into .venv
+
+web: out/web/tumble.html  ## Build the page that calibrates in a browser, one file for any server or disk: out/web/tumble.html
 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/tumble demo -o out/demo
@@ -64,7 +68,7 @@ test-tools: $(VENV)/.requirements-test
 	scripts/install_test_tools.sh
 	scripts/install_postgres.sh
 
-test-python: $(VENV)/.native test-tools  ## Run the tests of Python, C and firmware
+test-python: $(VENV)/.native test-tools web  ## Run the tests of Python, C and firmware
 	$(BIN)/python -m pytest --numprocesses auto
 
 coverage: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python and print the share of lines and branches they reach
@@ -175,10 +179,11 @@ lint-rust:
 	cargo test --quiet $(TESTED) --test header --test settings --locked
 	$(RUSTDOC)
 
-lint-python:
+lint-python: out/web/tumble.html
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	web/node_modules/.bin/tsc --project web
 	$(BIN)/python scripts/check_layers.py
 	$(BIN)/python scripts/check_language.py
 	$(BIN)/codespell
@@ -205,10 +210,11 @@ generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made
 	$(BIN)/python scripts/write_catalogues.py
 	$(BIN)/python -m benchmarks.report
 
-site: $(VENV)/.native $(VENV)/.requirements-test  ## Build the documentation as a site, with that of the Rust crates: out/site/index.html
+site: $(VENV)/.native $(VENV)/.requirements-test out/web/tumble.html  ## Build the documentation as a site, with that of the Rust crates: out/site/index.html
 	$(SITE)
 	$(RUSTDOC)
 	cp -R target/doc out/site/rust
+	cp out/web/tumble.html out/site
 
 format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
 	cargo fmt --all
@@ -244,6 +250,19 @@ $(VENV)/.requirements-test: $(VENV)/.requirements requirements/test.txt
 $(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml
 	VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/maturin develop --release --locked
 	@touch $@
+
+$(CORE_OF_PAGE): $(RUST_SOURCES)
+	TUMBLE_DEVICE_TARGET=wasm32-unknown-unknown scripts/cargo_for_device.sh build --locked --package tumble-web --profile web
+	@touch $@
+
+web/node_modules/.made: web/package-lock.json
+	scripts/install_test_tools.sh nodejs npm
+	npm ci --prefix web --ignore-scripts --silent
+	@touch $@
+
+out/web/tumble.html: $(CORE_OF_PAGE) web/node_modules/.made $(WEB_SOURCES) scripts/write_web_tables.py $(VENV)/.native $(VENV)/.requirements-test
+	$(BIN)/python scripts/write_web_tables.py out/web/build/tables.json
+	node web/build.mjs $(CORE_OF_PAGE)
 
 flights:  ## Replay recorded flights of others that lie in FOLDER through the redundancy monitor
 	$(BIN)/python -m benchmarks.flights.logs $(FOLDER)

@@ -29,6 +29,8 @@ EXPLICIT = {"translated", "message", "words"}
 _WORD = re.compile(r"[A-Za-z]{2,}")
 _SENTENCE = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* .*?[A-Za-z]{2,}", re.DOTALL)
 _RUST_TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
+_SAID = re.compile(r"\bsay\(\s*'([^']+)'")
+"""First argument of the function that translates a text of the page in a browser."""
 _JINJA = re.compile(r"\{%.*?%\}|\{#.*?#\}", re.DOTALL)
 _SPLIT = "\0"
 _TAGS = re.compile(rf"<(?!/?(?:{'|'.join(INLINE_TAGS)})>)[^>]*>|{_SPLIT}")
@@ -59,6 +61,8 @@ def source_texts() -> Iterator[SourceText]:
     )
     for path in sorted(PACKAGE.rglob("*.html.j2")):
         yield from template_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
+    for path in sorted((ROOT / "web" / "src").rglob("*.ts")):
+        yield from typescript_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
     for path in sorted((ROOT / "crates").glob("tumble-*/src/**/*.rs")):
         yield from rust_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
 
@@ -114,6 +118,12 @@ def template_texts(source: str, name: str) -> Iterator[SourceText]:
         plain = " ".join(_with_places(text).split())
         if _WORD.search(PLACE.sub("", re.sub("<[^>]*>", "", plain))):
             yield SourceText(plain, name, wanted=True)
+
+
+def typescript_texts(source: str, name: str) -> Iterator[SourceText]:
+    """Returns the texts that a module of the page in a browser has translated."""
+    for text in _SAID.findall(source):
+        yield SourceText(text, name, wanted=True)
 
 
 def rust_texts(source: str, name: str) -> Iterator[SourceText]:

@@ -28,6 +28,7 @@ CRATES = {
     "tumble-lab": {"tumble-core"},
     "tumble-py": {"tumble-core", "tumble-lab", "tumble-store"},
     "tumble-fuzz": {"tumble-core", "tumble-store", "tumble-capi"},
+    "tumble-web": {"tumble-core", "tumble-lab"},
 }
 """Which crates of ours each crate may depend on."""
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what is missing of the programs that tests run, all of them or those named by their Debian packages: emulators,
 # a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, pkg-config, a JSON reader for tests in C,
-# a browser that prints pages with a reader of what it printed, and a font with Chinese letters.
+# a browser that prints pages with a reader of what it printed, a font with Chinese letters, and Node for the page in a browser.
 set -eu
 
 has() {
@@ -12,6 +12,7 @@ has() {
     libcjson-dev) echo '#include <cjson/cJSON.h>' | "${CC:-cc}" -E - ;;
     g++) command -v g++ || command -v c++ ;;
     poppler-utils) command -v pdftotext ;;
+    nodejs) command -v node ;;
     fonts-wqy-microhei) [ -e /usr/share/fonts/truetype/wqy/wqy-microhei.ttc ] ;;
     *) command -v "$1" ;;
     esac >/dev/null 2>&1
@@ -19,7 +20,7 @@ has() {
 
 [ $# -gt 0 ] ||
     set -- qemu-system-arm qemu-system-misc gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config \
-        chromium poppler-utils fonts-wqy-microhei
+        chromium poppler-utils fonts-wqy-microhei nodejs npm
 missing=
 for package in "$@"; do
     has "$package" || missing="$missing $package"

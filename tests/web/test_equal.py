@@ -1,0 +1,176 @@
+"""The page finds, says and writes what the command does, to the last bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import tumble
+from repetitions import drawn_seed
+from tumble.foundation.errors import TumbleError
+from tumble.logs import ReadOptions
+from tumble.logs.columns import recognise
+from tumble.tools.exchange.registry import TARGETS
+from web_page import headless
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+DATE, SECONDS = "2023-11-14T22:13:20Z", "1700000000"
+
+RECORDINGS = {
+    "mpu9150/imu0.log": {"rate": 100.0},
+    "mpu9150/imu1.log": {"rate": 100.0},
+    "mpu9150/imu2.log": {"rate": 100.0, "serial": "0012"},
+    "xsens/xsens_acc.mat": {"raw": True},
+    "world/unread_gyroscope_columns/rpm.csv": {},
+    "mpu6050/calibration.csv": {"raw": True},
+    "world/triad_of_zeros/accelerometer_only.csv": {},
+    "world/trailing_tab/sketch.txt": {},
+    "world/raw_counts_near_1000_a_g/counts_1024.csv": {},
+    "world/held_poses_in_planes/cal.csv": {},
+    "world/time_unit_slow_log/s_1hz.csv": {},
+    "world/noise_rate_unit_assumed/static.csv": {},
+    "world/unit_of_named_column/wit_zh.txt": {},
+    "imucal/example_ferraris_session.csv": {"rate": 102.4, "gyroscopeUnit": "deg/s"},
+}
+"""Options of the page by recording; some are refused, and then in the same words."""
+
+
+@pytest.fixture(autouse=True)
+def one_date(monkeypatch):
+    """Has the command write the date that the page is given."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", SECONDS)
+
+
+def by_command(path: Path, read):
+    """Returns what the command would write, or its line of error without the folders of the log."""
+    raw = read.get("raw", False)
+    options = ReadOptions(
+        rate=read.get("rate"), serial=read.get("serial", ""), gyroscope_unit=read.get("gyroscopeUnit")
+    )
+    try:
+        found = tumble.multipose(path, read=options, raw=raw)
+    except TumbleError as error:
+        return {"failure": str(error).replace(str(path), path.name)}
+    return {"text": found.calibration.text(), "warnings": list(found.warnings)}
+
+
+@pytest.mark.skipif(not DATA.exists(), reason=f"no recordings in {DATA}")
+def test_recordings_give_the_same_file_to_the_byte():
+    jobs = [{"files": files_of(DATA / name), "read": read, "date": DATE} for name, read in RECORDINGS.items()]
+    found = dict(zip(RECORDINGS, headless(jobs), strict=True))
+    expected = {name: by_command(DATA / name, read) for name, read in RECORDINGS.items()}
+    for name, by_page in found.items():
+        exports = by_page.pop("exports", None)
+        assert by_page == expected[name], name
+        if exports is not None:
+            assert exports == exports_of(DATA / name, RECORDINGS[name]), name
+    assert sum("text" in each for each in expected.values()) >= 5
+
+
+def files_of(path: Path) -> list[str]:
+    partner = path.with_name(path.name.replace("_acc", "_gyro"))
+    return [str(path), *([str(partner)] if partner != path else [])]
+
+
+def exports_of(path: Path, read):
+    """Returns the files for other programs, or their line of error."""
+    options = ReadOptions(rate=read.get("rate"), serial=read.get("serial", ""))
+    calibration = tumble.multipose(path, read=options, raw=read.get("raw", False)).calibration
+    typed = {"px4": {"accelerometer-id": "1310988", "gyroscope-id": "2490378"}}
+    found = {}
+    for word in ("c", "ardupilot", "betaflight", "px4"):
+        try:
+            found[word] = TARGETS[word].export([calibration], typed.get(word, {})).content.decode()
+        except TumbleError as error:
+            found[word] = str(error)
+    return found
+
+
+@pytest.mark.parametrize("late", [0.0, 2e-3])
+def test_drawn_sessions_give_the_same_file_to_the_byte(tmp_path, late):
+    rng = np.random.default_rng(drawn_seed())
+    path = tmp_path / f"unit 7 {late}.csv"
+    path.write_text(session(rng, late), encoding="utf-8")
+    (by_page,) = headless([{"files": [str(path)], "read": {}, "date": DATE}])
+    by_page.pop("exports", None)
+    assert by_page == by_command(path, {})
+
+
+def session(rng, late: float) -> str:
+    """Returns a log of twelve orientations, turned in between; stamps are late by up to so many seconds."""
+    rate, rows, time = 100.0, ["time_us,ax [g],ay [g],az [g],gx [deg/s],gy [deg/s],gz [deg/s],temp"], 0.0
+    up = np.array([0.0, 0.0, 1.0])
+    for _ in range(12):
+        axis = rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        angle = rng.uniform(0.7, 2.0)
+        moves = [(np.zeros(3), int(3.0 * rate)), (axis * angle, int(rate))]
+        for turn, samples in moves:
+            speed = turn * rate / samples
+            for _ in range(samples):
+                step = -speed / rate
+                up = up + np.cross(step, up) + 0.5 * np.cross(step, np.cross(step, up))
+                up /= np.linalg.norm(up)
+                force = 1.01 * up + FORCE_BIAS + rng.normal(0.0, 5e-4, 3)
+                turned = np.degrees(speed + RATE_BIAS + rng.normal(0.0, 1e-3, 3))
+                stamp = round(1e6 * (time + rng.uniform(0.0, late)))
+                numbers = [*(f"{each:.6f}" for each in (*force, *turned)), f"{25.0 + time / 100.0:.2f}"]
+                rows.append(f"{stamp},{','.join(numbers)}")
+                time += 1.0 / rate
+    return "\n".join(rows) + "\n"
+
+
+FORCE_BIAS, RATE_BIAS = np.array([0.02, -0.01, 0.03]), np.array([0.01, -0.02, 0.005])
+"""g and rad/s."""
+WORDS = (
+    "acc",
+    "gyr",
+    "a",
+    "g",
+    "w",
+    "accel",
+    "angular_velocity",
+    "mag",
+    "time",
+    "t",
+    "temp",
+    "imu1",
+    "x",
+    "y",
+)
+ENDS = (
+    "_x",
+    "y",
+    " z",
+    "[0]",
+    ".x",
+    " (m/s^2)",
+    " [deg/s]",
+    "_ms",
+    "_us",
+    "_CAL",
+    " [x8004]",
+    "",
+    "_dps",
+    "1",
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(*map(st.sampled_from, (WORDS, ENDS, ENDS))), min_size=40, max_size=40))
+def test_names_of_columns_mean_the_same(parts):
+    names = ["".join(each) for each in parts]
+    (found,) = headless([{"names": names}])
+    for name, column in zip(names, found, strict=True):
+        meant = recognise(name)
+        expected = meant and {
+            "quantity": meant.quantity,
+            "axis": meant.axis,
+            "imu": meant.imu,
+            "unit": meant.unit,
+        }
+        assert (column and {"unit": None, **column}) == expected, name

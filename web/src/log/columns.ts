@@ -1,0 +1,256 @@
+/** Which column of a table is which channel of which IMU. */
+
+import tables from 'tables';
+import { Failure } from '../failure';
+import { listed } from '../printed';
+import { findUnit, type Quantity } from './units';
+
+const table = tables.columns;
+
+/** A pattern of the tables, which are written for Python. */
+export function pattern(text: string): RegExp {
+  const ignoresCase = text.startsWith('(?i)');
+  return new RegExp(`^(?:${text.replace('(?i)', '').replaceAll('(?P<', '(?<')})$`, ignoresCase ? 'i' : '');
+}
+
+interface Spelling {
+  words: string[];
+  pattern: RegExp;
+}
+
+const spellings = (rows: { words: string[]; pattern: string }[]): Spelling[] =>
+  rows.map((each) => ({ words: each.words, pattern: pattern(each.pattern) }));
+
+const TRIADS: [Quantity, Spelling[]][] = [
+  ['accelerometer', spellings(table.triads.accelerometer)],
+  ['gyroscope', spellings(table.triads.gyroscope)],
+];
+const MAGNETIC: [Quantity, Spelling[]][] = [['magnetometer', spellings(table.magnetic)]];
+const SCALARS: [Quantity, Spelling[]][] = [
+  ['time', spellings(table.scalars.time)],
+  ['temperature', spellings(table.scalars.temperature)],
+];
+const BRACKETS = pattern(table.brackets);
+const STATE = pattern(table.state);
+const LEFT_OUT = pattern(table.leftOut);
+const COUNTER = pattern(table.counter);
+
+/** Meaning of the name of a column. */
+export interface Column {
+  quantity: Quantity;
+  axis: number;
+  imu: string;
+  unit: string | undefined;
+}
+
+/** Reads the name of a column; nothing where it is none of ours. */
+export function recognise(name: string): Column | undefined {
+  if (name.length > table.longestName) return undefined;
+  const bracketed = BRACKETS.exec(name);
+  const whole = bracketed ? bracketed.groups!.name : name.trim();
+  const bracket = bracketed ? described(bracketed.groups!.unit) : undefined;
+  if (bracket !== undefined && whole === 'T' && table.degrees.includes(bracket.toLowerCase())) {
+    return { quantity: 'temperature', axis: 0, imu: '', unit: 'degC' };
+  }
+  if (LEFT_OUT.test(whole)) return undefined;
+  const state = STATE.exec(whole);
+  const stem = state ? state.groups!.stem : whole;
+  const raw = state && state.groups!.state !== 'CAL' ? ` ${state.groups!.state}` : '';
+  for (const [quantity, rows] of [...TRIADS, ...MAGNETIC, ...SCALARS]) {
+    const found = firstMatch(rows, stem);
+    if (!found) continue;
+    const axes: Record<string, number> = table.axis;
+    const axis = found.groups!.axis === undefined ? 0 : axes[found.groups!.axis];
+    const unit = findUnit(bracket || found.groups!.unit || '', quantity);
+    return { quantity, axis, imu: prefix(stem, found) + raw, unit };
+  }
+  return undefined;
+}
+
+function described(bracket: string): string {
+  const descriptors: Record<string, string> = table.descriptors;
+  return descriptors[bracket.toLowerCase()] ?? bracket;
+}
+
+function firstMatch(rows: Spelling[], stem: string): RegExpExecArray | null {
+  const name = stem.toLowerCase();
+  const joined = name.replaceAll(' ', '_');
+  for (const each of rows) {
+    const found = each.words.some((word) => joined.includes(word)) ? each.pattern.exec(name) : null;
+    if (found) return found;
+  }
+  return null;
+}
+
+/** Returns the words that distinguish sensors of one kind: those before the name, and its range. */
+function prefix(stem: string, found: RegExpExecArray): string {
+  const imu = found.groups!.imu;
+  const range = found.groups!.range;
+  // The prefix stands first; its letters are taken as they were written.
+  const parts = [imu ? stem.slice(0, imu.length) : '', range ?? ''];
+  return parts.filter(Boolean).join('_');
+}
+
+export type Channel = 'time' | 'ax' | 'ay' | 'az' | 'gx' | 'gy' | 'gz' | 'temperature';
+export const CHANNELS: Channel[] = ['time', 'ax', 'ay', 'az', 'gx', 'gy', 'gz', 'temperature'];
+
+/** Columns of one IMU, by name, with the units that their names state. */
+export interface ImuColumns {
+  accelerometer: string[] | undefined;
+  gyroscope: string[] | undefined;
+  time: string | undefined;
+  temperature: string | undefined;
+  units: Partial<Record<Quantity, string>>;
+}
+
+/** Says that columns have to be named, and which there are. */
+export class UnknownColumns extends Failure {}
+
+type Recognised = Map<string, Column | undefined>;
+
+/** Returns the columns of every IMU of a table, by prefix, with what a person states of them by channel. */
+export function findImus(
+  names: readonly string[],
+  file: string,
+  stated: Partial<Record<Channel, string>> = {},
+): Map<string, ImuColumns> {
+  const recognised: Recognised = new Map(names.map((name) => [name, recognise(name)]));
+  addCounter(recognised);
+  const isStated = (['ax', 'ay', 'az', 'gx', 'gy', 'gz'] as const).some((key) => key in stated);
+  const known = [...recognised.values()].filter(
+    (column) => column && (column.quantity === 'accelerometer' || column.quantity === 'gyroscope'),
+  );
+  const prefixes = isStated ? [''] : [...new Set(known.map((column) => column!.imu))];
+  const found = new Map<string, ImuColumns>();
+  for (const each of prefixes) {
+    const imu = imuColumns(each, recognised, stated);
+    if (imu) found.set(each, imu);
+  }
+  if (found.size === 0) throw new UnknownColumns(withoutGravity(names, file) ?? incomplete(names, file));
+  for (const imu of found.values()) refuseMixedUnits(imu, file, recognised);
+  const whole = new Map([...found].filter(([, imu]) => imu.accelerometer && imu.gyroscope));
+  const read = whole.size ? whole : withSharedGyroscope(found);
+  refuseDoubled(read, file, recognised, stated);
+  return read;
+}
+
+/** Time column where no name states it: the only one with a unit of time behind it, as `mcu_us`. */
+function addCounter(recognised: Recognised): void {
+  if ([...recognised.values()].some((column) => column?.quantity === 'time')) return;
+  const matches = [...recognised].flatMap(([name, column]) => {
+    const found = column === undefined ? COUNTER.exec(name.trim().toLowerCase()) : null;
+    return found ? [[name, found.groups!.unit] as const] : [];
+  });
+  if (matches.length !== 1) return;
+  const [[name, unit]] = matches;
+  recognised.set(name, { quantity: 'time', axis: 0, imu: '', unit: findUnit(unit, 'time') });
+}
+
+function imuColumns(
+  prefix: string,
+  recognised: Recognised,
+  stated: Partial<Record<Channel, string>>,
+): ImuColumns | undefined {
+  const place = (quantity: Quantity, axis: number, imu: string) =>
+    [...recognised].find(
+      ([, column]) => column?.quantity === quantity && column.axis === axis && column.imu === imu,
+    )?.[0];
+  const triad = (keys: readonly Channel[], quantity: Quantity) =>
+    keys.map((key, axis) => stated[key] ?? place(quantity, axis, prefix));
+  const shared = (key: Channel, quantity: Quantity) =>
+    stated[key] ?? place(quantity, 0, prefix) ?? place(quantity, 0, '');
+  const force = triad(['ax', 'ay', 'az'], 'accelerometer');
+  const rate = triad(['gx', 'gy', 'gz'], 'gyroscope');
+  const inPart = [force, rate].some((names) => names.includes(undefined) && names.some(Boolean));
+  if (inPart || ![...force, ...rate].some(Boolean)) return undefined;
+  const times = [...recognised].filter(([, column]) => column?.quantity === 'time');
+  const time = shared('time', 'time') ?? (times.length === 1 ? times[0][0] : undefined);
+  const temperature = shared('temperature', 'temperature');
+  const units: Partial<Record<Quantity, string>> = {};
+  const named: [Quantity, string | undefined][] = [
+    ['accelerometer', force[0]], ['gyroscope', rate[0]], ['time', time], ['temperature', temperature],
+  ];
+  for (const [quantity, name] of named) {
+    const unit = name === undefined ? undefined : unitOf(name, quantity, recognised, Object.values(stated));
+    if (unit) units[quantity] = unit;
+  }
+  return {
+    accelerometer: force[0] ? (force as string[]) : undefined,
+    gyroscope: rate[0] ? (rate as string[]) : undefined,
+    time,
+    temperature,
+    units,
+  };
+}
+
+function unitOf(name: string, quantity: Quantity, recognised: Recognised, stated: string[]): string | undefined {
+  const column = recognised.get(name);
+  if (column?.unit && column.quantity === quantity) return column.unit;
+  const bracketed = stated.includes(name) ? BRACKETS.exec(name) : null;
+  return bracketed ? findUnit(bracketed.groups!.unit, quantity) : undefined;
+}
+
+/** Pairs each accelerometer with the gyroscope whose name begins as its own does, or with the only one. */
+function withSharedGyroscope(imus: Map<string, ImuColumns>): Map<string, ImuColumns> {
+  const gyroscopes = [...imus].filter(([, imu]) => !imu.accelerometer);
+  const pairs = new Map<string, ImuColumns>();
+  for (const [name, imu] of [...imus].filter(([, each]) => !each.gyroscope)) {
+    const related = gyroscopes.filter(([other]) => name.startsWith(other)).sort((a, b) => b[0].length - a[0].length);
+    const partner = related[0] ?? gyroscopes[0];
+    if (!partner || (!related.length && gyroscopes.length > 1)) return imus;
+    const { gyroscope, time, units } = partner[1];
+    pairs.set(name, { ...imu, gyroscope, time: imu.time ?? time, units: { ...units, ...imu.units } });
+  }
+  if (pairs.size === 1) return new Map([['', [...pairs.values()][0]]]);
+  return pairs.size ? pairs : imus;
+}
+
+function withoutGravity(names: readonly string[], file: string): string | undefined {
+  const found = names.find((name) => LEFT_OUT.test(name));
+  return found === undefined
+    ? undefined
+    : `${file}: ${found} is acceleration without gravity, which is no specific force: record the accelerometer ` +
+        'with gravity (phyphox: Acceleration with g), or name its columns below';
+}
+
+function incomplete(names: readonly string[], file: string): string {
+  return `${file}: no three columns are known to be an accelerometer; columns found: ${listed(names)}; name them below`;
+}
+
+function refuseMixedUnits(imu: ImuColumns, file: string, recognised: Recognised): void {
+  for (const names of [imu.accelerometer, imu.gyroscope]) {
+    const units = new Set((names ?? []).map((name) => recognised.get(name)?.unit).filter(Boolean));
+    if (units.size > 1) {
+      throw new Failure(
+        `${file}: columns of one sensor are in several units: ${listed([...units] as string[])}; convert them to one`,
+      );
+    }
+  }
+}
+
+/** Refuses two columns that may be one channel of an IMU, where nobody states which of them is. */
+function refuseDoubled(
+  imus: Map<string, ImuColumns>,
+  file: string,
+  recognised: Recognised,
+  stated: Partial<Record<Channel, string>>,
+): void {
+  const alike = new Map<string, string[]>();
+  for (const [name, column] of recognised) {
+    if (!column || column.quantity === 'time' || column.quantity === 'magnetometer') continue;
+    const key = `${channelOf(column)} ${column.imu}`;
+    alike.set(key, [...(alike.get(key) ?? []), name]);
+  }
+  const read = new Set([...imus.values()].flatMap((imu) => [...(imu.accelerometer ?? []), ...(imu.gyroscope ?? []), imu.temperature]));
+  for (const [key, found] of alike) {
+    const channel = key.split(' ')[0] as Channel;
+    if (found.length > 1 && !(channel in stated) && found.some((name) => read.has(name))) {
+      throw new UnknownColumns(`${file}: ${listed(found)} may each be ${channel}; name one below`);
+    }
+  }
+}
+
+function channelOf(column: Column): Channel {
+  if (column.quantity === 'temperature') return 'temperature';
+  return `${column.quantity === 'accelerometer' ? 'a' : 'g'}${'xyz'[column.axis]}` as Channel;
+}

@@ -1,0 +1,75 @@
+/** Figures of the core, as crates/tumble-web gives them: what is no number is null. */
+
+type Vector = number[];
+type Numbers = (number | null)[];
+
+export interface TriadFigures {
+  M: Vector[];
+  b: Vector;
+  covariance: Vector[];
+  observed: boolean[];
+  scale: Vector;
+  L: Vector[];
+  Q: Vector[];
+  values: Vector;
+  sigmas: Numbers;
+  rank: number;
+  widened: number;
+  variance_freedom: number | null;
+  chi_square: number | null;
+  degrees_of_freedom: number;
+  residuals: Vector[];
+  residual_sigmas: Numbers[];
+  labels: [string, number, number][];
+}
+
+export interface AcquiredFigures {
+  samples: number;
+  not_finite: number;
+  missing: number;
+  first_backwards: number | null;
+  temperature: [number, number, number] | null;
+  rest_times: [number, number][];
+  rest_specific_force: Vector[];
+  turn_complete: boolean[];
+  rejected_rests: [number, number, string][];
+  noise_density: Numbers;
+  bias_instability: Numbers;
+  faults: { channel: string; kind: string; value: number; first: number; last: number; samples: number }[];
+  consistency: [string, number, [number, number][]];
+  trace: { time: number[]; channels: Vector[] };
+}
+
+export type Refusal = [string, Record<string, number> & { shares?: number[]; missing?: string[] }];
+
+export interface MultiposeFigures {
+  refusal?: Refusal;
+  tolerance: number;
+  nominal_scale: [number, number] | null;
+  accelerometer: TriadFigures;
+  non_linearity: [Vector[], Vector[]] | null;
+  poses: {
+    force: Vector[];
+    before: number[];
+    after: number[];
+    sigma: number[];
+    weight: number[];
+    leverage: number[];
+    held_out: Numbers;
+    direction: number[];
+  };
+  next: { up: Vector; unknown: number; before: number; after: number } | null;
+  gyroscope: {
+    calibration: TriadFigures;
+    turns: [number, number][];
+    angles_before: number[];
+    angles_after: number[];
+    with_g_sensitivity: number | null;
+    implausible_scale: number | null;
+    turn_excess: number;
+    bias_excess: number;
+  } | null;
+  gyroscope_refusal: Refusal | null;
+  left_out: [number, number, [number, number] | null][];
+  acquired: AcquiredFigures;
+}

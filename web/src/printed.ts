@@ -1,0 +1,86 @@
+/** Numbers and text as Python prints them, so that messages and files of page and command are the same. */
+
+/** Prints a number with so many significant digits, as `%.4g` does. */
+export function general(value: number, digits = 6): string {
+  if (Number.isNaN(value)) return 'nan';
+  if (!Number.isFinite(value)) return value > 0 ? 'inf' : '-inf';
+  if (value === 0) return Object.is(value, -0) ? '-0' : '0';
+  const [mantissa, exponent] = value.toExponential(digits - 1).split('e');
+  const power = Number(exponent);
+  if (power < -4 || power >= digits) return `${trimmed(mantissa)}e${signed(power)}`;
+  return trimmed(value.toFixed(Math.max(0, digits - 1 - power)));
+}
+
+/** Prints a number of a sentence, with two significant digits at least and no exponent where there is a way around it. */
+export function plain(value: number): string {
+  return Math.abs(value) >= 10 && Math.abs(value) < 1e6 ? value.toFixed(0) : general(value, 2);
+}
+
+/** Prints a number so that it is read back bit by bit, as `repr` does. */
+export function exact(value: number): string {
+  if (Object.is(value, -0)) return '-0.0';
+  const text = String(value);
+  const [digits, exponent] = text.split('e');
+  const size = Math.abs(value);
+  if (exponent !== undefined) return `${digits}e${signed(Number(exponent))}`;
+  if (size >= 1e16) {
+    const [whole, power] = value.toExponential().split('e');
+    return `${whole}e${signed(Number(power))}`;
+  }
+  if (size !== 0 && size < 1e-4) {
+    const [whole, power] = value.toExponential().split('e');
+    return `${whole}e${signed(Number(power))}`;
+  }
+  return text.includes('.') ? text : `${text}.0`;
+}
+
+function trimmed(text: string): string {
+  return text.includes('.') ? text.replace(/\.?0+$/, '') : text;
+}
+
+function signed(power: number): string {
+  const size = String(Math.abs(power)).padStart(2, '0');
+  return `${power < 0 ? '-' : '+'}${size}`;
+}
+
+/** Prints `1 target`, `5 targets`. */
+export function countOf(thing: string, count: number): string {
+  return `${count} ${thing}${count === 1 ? '' : 's'}`;
+}
+
+const MOST_LISTED = 24;
+
+/** Lists names for a message, the first of them where there are many. */
+export function listed(names: readonly string[]): string {
+  const shown = names.slice(0, MOST_LISTED).join(', ');
+  return names.length > MOST_LISTED ? `${shown}, and ${names.length - MOST_LISTED} more` : shown;
+}
+
+const LONGEST_QUOTED = 60;
+
+/** Quotes text from outside: its beginning, without control characters. */
+export function quoted(text: string): string {
+  const short = text.length > LONGEST_QUOTED ? `${text.slice(0, LONGEST_QUOTED)}...` : text;
+  return `'${escaped(short)}'`;
+}
+
+// Characters that change the direction of the text behind them, beside those of control.
+const OBEYED = /[\u0000-\u001f\u007f-\u009f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]/g;
+
+/** Writes characters that a screen obeys instead of showing as escapes. */
+export function escaped(text: string): string {
+  return text.replace(OBEYED, (letter) => {
+    const named = { '\t': '\\t', '\n': '\\n', '\r': '\\r' }[letter];
+    const code = letter.codePointAt(0)!;
+    return named ?? (code < 256 ? `\\x${code.toString(16).padStart(2, '0')}` : `\\u${code.toString(16).padStart(4, '0')}`);
+  });
+}
+
+/** A number that is printed with a point, as one of Python's is. */
+export class Float {
+  constructor(readonly value: number) {}
+}
+
+export function float(value: number): Float {
+  return new Float(value);
+}
