@@ -1,4 +1,4 @@
-"""The page finds, says and writes what the command does, to the last bit."""
+"""The page finds, reports and writes what the command does, to the last bit."""
 
 from __future__ import annotations
 

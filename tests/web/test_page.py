@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from web_page import PAGE, built, downloaded, give, opened_page
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 LOG = DATA / "mpu9150" / "imu0.log"
+PICTURE = Path(__file__).parents[2] / "docs" / "images" / "browser.png"
 LARGEST_PAGE = 600 * 1024
 """Bytes of all of it, packed as a server sends it."""
 
@@ -42,6 +44,12 @@ def test_log_becomes_a_calibration_and_parameters(page):
     page.get_by_label("Sample rate").fill("100")
     page.get_by_label("Sample rate").press("Enter")
     page.locator("#verdict", has_text="Calibrated").wait_for()
+    if os.environ.get("TUMBLE_PICTURES"):
+        page.locator("#verdict").evaluate(
+            "each => scrollTo(0, each.getBoundingClientRect().top + scrollY - 90)"
+        )
+        page.screenshot(path=PICTURE)
+    assert PICTURE.is_file()
     assert page.locator(".trouble").inner_text() == ""
     name, text = downloaded(page, "Save the calibration")
     assert name == "imu0.multipose.yaml"

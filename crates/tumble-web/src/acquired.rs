@@ -79,7 +79,7 @@ pub fn figures(acquired: &Acquired) -> Value {
     })
 }
 
-/// Whether gyroscope and accelerometer show the same turns: a word, a figure, axes.
+/// Consistency of gyroscope and accelerometer, which show the same turns: a word, a figure, axes.
 fn consistency(acquired: &Acquired) -> Value {
     match compare_gyroscope(acquired) {
         GyroscopeConsistency::Consistent => json!(["consistent", 0.0, []]),

@@ -9,6 +9,7 @@ import { sha256 } from '../multipose/calibration';
 import { multipose } from '../multipose/procedure';
 import { Controls } from './controls';
 import { h } from './dom';
+import { LivePart } from './live';
 import { resultPart } from './result';
 import { LANGUAGES, preferred, say, setLanguage, translated } from './words';
 
@@ -60,6 +61,7 @@ export class App {
           h('p', { class: 'lead' }, say('Hold the IMU still for three seconds in 15 to 20 different orientations, turn it by hand in between, log it all, and give the log here. Nothing is uploaded, nothing is stored.')),
         ),
         this.giving(),
+        new LivePart(this.core, (files) => this.show(files), (error) => this.refuse(error)).element,
         this.trouble,
         this.details,
         this.outcome,

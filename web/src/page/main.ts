@@ -21,9 +21,9 @@ async function core(): Promise<Core> {
 followTheme();
 const root = document.getElementById('app')!;
 try {
-  const app = new App(root, await core());
-  Object.assign(window, { tumble: app });
+  new App(root, await core());
   document.body.dataset.ready = 'true';
+  performance.mark('ready');
 } catch (error) {
   root.replaceChildren(h('p', { class: 'trouble', role: 'alert' }, say('This browser cannot run the page: it needs WebAssembly and unpacking of gzip. Take a newer one.')));
   throw error;

@@ -147,9 +147,9 @@ function filesPart(result: MultiposeResult, digest: string, date: Date, canvas: 
   const ids = { accelerometerId: idField('accelerometer-id'), gyroscopeId: idField('gyroscope-id') };
   const perG = idField('counts-per-g', String(tables.exports.betaflight.countsPerG));
   const settings = (): ExportSettings => ({
-    accelerometerId: numberIn(ids.accelerometerId),
-    gyroscopeId: numberIn(ids.gyroscopeId),
-    countsPerG: numberIn(perG),
+    accelerometerId: typedNumber(ids.accelerometerId),
+    gyroscopeId: typedNumber(ids.gyroscopeId),
+    countsPerG: typedNumber(perG),
   });
   const give = async (word: TargetWord) => {
     try {
@@ -208,7 +208,7 @@ function idField(id: string, value = ''): HTMLInputElement {
   return h('input', { type: 'number', id, min: '1', inputmode: 'numeric', value });
 }
 
-function numberIn(input: HTMLInputElement): number | undefined {
+function typedNumber(input: HTMLInputElement): number | undefined {
   return input.value.trim() === '' ? undefined : Number(input.value);
 }
 
