@@ -28,7 +28,7 @@ READY_GOAL, VERDICT_GOAL = 0.5, 3.0
 
 
 def timed(browser: Browser, logs: list[Path]) -> tuple[float, float]:
-    """Opens the page and gives it a log of raw counts; returns s to ready, and from the log to its verdict."""
+    """Opens the page and gives it a log of raw counts; returns s to ready, and from log to verdict."""
     page = browser.new_page(viewport={"width": 360, "height": 780})
     page.goto(PAGE.as_uri())
     page.wait_for_selector("body[data-ready]")

@@ -50,6 +50,7 @@ export function checked(samples: Samples, about: About): { samples: Samples; not
   refuseBadLines(about, count);
   if (count === 0) throw new Failure(`${about.file}: holds no samples`);
   let places = Array.from({ length: count }, (_, k) => k);
+  if (isSound(samples, about)) return finished(samples, places, about, notices);
   if (about.isDated) {
     const stamped = places.filter((k) => samples.time[k] !== 0);
     if (stamped.length < places.length) {
@@ -62,7 +63,10 @@ export function checked(samples: Samples, about: About): { samples: Samples; not
   places = withPossible(samples, places, about, notices);
   refuseDisorder(samples, places, about);
   places = once(samples, places, about, notices);
-  const kept = places.length === count ? samples : select(samples, places);
+  return finished(places.length === count ? samples : select(samples, places), places, about, notices);
+}
+
+function finished(kept: Samples, places: number[], about: About, notices: string[]): { samples: Samples; notices: string[] } {
   noteSpikes(kept, places, about, notices);
   if (about.badLines.length) notices.push(badLinesNotice(about.badLines));
   return { samples: { ...kept, temperature: kept.temperature && held(kept.temperature) }, notices };
@@ -111,7 +115,22 @@ function withNumbers(samples: Samples, places: number[], about: About, notices: 
 }
 
 function largest(rows: Rows, k: number): number {
-  return Math.max(...row(rows, k).map(Math.abs));
+  return Math.max(Math.abs(rows[3 * k]), Math.abs(rows[3 * k + 1]), Math.abs(rows[3 * k + 2]));
+}
+
+/** Returns the largest reading; NaN where one is no number. */
+function largestOf(rows: Rows): number {
+  let found = 0;
+  for (let k = 0; k < rows.length; k++) found = Math.max(found, Math.abs(rows[k]));
+  return found;
+}
+
+/** Tests whether nothing has to be left out: one pass where all that follows takes many. */
+function isSound({ time, force, rate }: Samples, about: About): boolean {
+  if (!(Math.max(largestOf(force), largestOf(rate)) <= limits.largestSi)) return false;
+  if (about.hasGuessedRadians && largestOf(rate) > limits.impossibleRadians) return false;
+  if (!(largestOf(time) <= limits.largestTime) || (about.isDated && time.includes(0))) return false;
+  return time.every((each, k) => k === 0 || each > time[k - 1]);
 }
 
 /** Tests whether a reading is more than `least` and twice those beside it. */
@@ -178,6 +197,7 @@ function noteSpikes(samples: Samples, places: number[], about: About, notices: s
   ] as const) {
     const usual = Math.sqrt(rows.reduce((sum, value) => sum + value * value, 0) / rows.length);
     const limit = Math.max(least, shares.spike * usual);
+    if (!(largestOf(rows) > limit)) continue;
     for (const at of all) {
       if (!standsAlone(rows, all, at, limit)) continue;
       found.push({ at, seen: `${reading(name, rows, at, unit, samples.time[at])} (line ${about.lines[places[at]]})` });

@@ -68,8 +68,17 @@ function refuseOtherThanText(text: string, file: string): void {
 
 /** Returns the fields of a line, without the blanks and quotes around them. */
 export function splitLine(line: string, delimiter: string): string[] {
-  const parts = delimiter === BLANKS ? line.split(/\s+/).filter(Boolean) : line.split(delimiter);
-  return parts.map((part) => part.trim().replaceAll(/^"+|"+$/g, ''));
+  if (delimiter === BLANKS) {
+    const whole = line.trim();
+    const words = whole === '' ? [] : whole.split(/\s+/);
+    return whole.includes('"') ? words.map(unquoted) : words;
+  }
+  const parts = line.split(delimiter);
+  return line.includes('"') ? parts.map((part) => unquoted(part.trim())) : parts.map((part) => part.trim());
+}
+
+function unquoted(field: string): string {
+  return field.replaceAll(/^"+|"+$/g, '');
 }
 
 const NUMBER = /^\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*$/;
