@@ -67,6 +67,7 @@ def _columns() -> dict[str, Any]:
         "magnetic": spelled(columns._MAGNETIC),
         "scalars": {name: spelled(each) for name, each in columns._SCALARS.items()},
         "counter": columns._COUNTER,
+        "ignored": columns._IGNORED.pattern,
         "brackets": columns._BRACKETS.pattern,
         "state": columns._STATE.pattern,
         "leftOut": columns._LEFT_OUT.pattern,

@@ -83,7 +83,7 @@ def test_sensors_of_a_phone_become_a_calibration(browser):
         page.get_by_role("button", name="Use the sensors of this device").click()
         page.get_by_role("button", name="Finish").wait_for()
         page.evaluate(MOTION, events.tolist())
-        # It ends by itself once no orientation to add is worth it, else as the person says.
+        # It ends by itself once no orientation to add is worth it, else when the person ends it.
         page.evaluate(
             "[...document.querySelectorAll('button')].find(e => e.textContent === 'Finish')?.click()"
         )

@@ -43,8 +43,16 @@ export interface Column {
   unit: string | undefined;
 }
 
+const IGNORED = new RegExp(`${table.ignored}|\\p{Cf}`, 'gu');
+
+/** Returns a name as it is seen: composed, without letters that have no width. */
+function seen(name: string): string {
+  return name.replaceAll(IGNORED, '').normalize('NFC');
+}
+
 /** Reads the name of a column; nothing where it is none of ours. */
-export function recognise(name: string): Column | undefined {
+export function recognise(written: string): Column | undefined {
+  const name = seen(written);
   if (name.length > table.longestName) return undefined;
   const bracketed = BRACKETS.exec(name);
   const whole = bracketed ? bracketed.groups!.name : name.trim();
@@ -101,6 +109,8 @@ export interface ImuColumns {
   time: string | undefined;
   temperature: string | undefined;
   units: Partial<Record<Quantity, string>>;
+  /** Units that columns of the same sensor state as well. */
+  others: Partial<Record<Quantity, string[]>>;
 }
 
 /** Says that columns have to be named, and which there are. */
@@ -127,7 +137,6 @@ export function findImus(
     if (imu) found.set(each, imu);
   }
   if (found.size === 0) throw new UnknownColumns(withoutGravity(names, file) ?? incomplete(names, file));
-  for (const imu of found.values()) refuseMixedUnits(imu, file, recognised);
   const whole = new Map([...found].filter(([, imu]) => imu.accelerometer && imu.gyroscope));
   const read = whole.size ? whole : withSharedGyroscope(found);
   refuseDoubled(read, file, recognised, stated);
@@ -138,7 +147,7 @@ export function findImus(
 function addCounter(recognised: Recognised): void {
   if ([...recognised.values()].some((column) => column?.quantity === 'time')) return;
   const matches = [...recognised].flatMap(([name, column]) => {
-    const found = column === undefined ? COUNTER.exec(name.trim().toLowerCase()) : null;
+    const found = column === undefined ? COUNTER.exec(seen(name).trim().toLowerCase()) : null;
     return found ? [[name, found.groups!.unit] as const] : [];
   });
   if (matches.length !== 1) return;
@@ -167,12 +176,16 @@ function imuColumns(
   const time = shared('time', 'time') ?? (times.length === 1 ? times[0][0] : undefined);
   const temperature = shared('temperature', 'temperature');
   const units: Partial<Record<Quantity, string>> = {};
-  const named: [Quantity, string | undefined][] = [
-    ['accelerometer', force[0]], ['gyroscope', rate[0]], ['time', time], ['temperature', temperature],
+  const named: [Quantity, (string | undefined)[]][] = [
+    ['accelerometer', force], ['gyroscope', rate], ['time', [time]], ['temperature', [temperature]],
   ];
-  for (const [quantity, name] of named) {
-    const unit = name === undefined ? undefined : unitOf(name, quantity, recognised, Object.values(stated));
+  const others: Partial<Record<Quantity, string[]>> = {};
+  for (const [quantity, names] of named) {
+    const found = names.map((name) => name && unitOf(name, quantity, recognised, Object.values(stated)));
+    // A head may state the unit behind the last axis alone.
+    const [unit, ...rest] = new Set(found.filter(Boolean) as string[]);
     if (unit) units[quantity] = unit;
+    if (rest.length) others[quantity] = rest;
   }
   return {
     accelerometer: force[0] ? (force as string[]) : undefined,
@@ -180,13 +193,14 @@ function imuColumns(
     time,
     temperature,
     units,
+    others,
   };
 }
 
 function unitOf(name: string, quantity: Quantity, recognised: Recognised, stated: string[]): string | undefined {
   const column = recognised.get(name);
   if (column?.unit && column.quantity === quantity) return column.unit;
-  const bracketed = stated.includes(name) ? BRACKETS.exec(name) : null;
+  const bracketed = stated.includes(name) ? BRACKETS.exec(seen(name)) : null;
   return bracketed ? findUnit(bracketed.groups!.unit, quantity) : undefined;
 }
 
@@ -198,8 +212,10 @@ function withSharedGyroscope(imus: Map<string, ImuColumns>): Map<string, ImuColu
     const related = gyroscopes.filter(([other]) => name.startsWith(other)).sort((a, b) => b[0].length - a[0].length);
     const partner = related[0] ?? gyroscopes[0];
     if (!partner || (!related.length && gyroscopes.length > 1)) return imus;
-    const { gyroscope, time, units } = partner[1];
-    pairs.set(name, { ...imu, gyroscope, time: imu.time ?? time, units: { ...units, ...imu.units } });
+    const { gyroscope, time, units, others } = partner[1];
+    pairs.set(name, {
+      ...imu, gyroscope, time: imu.time ?? time, units: { ...units, ...imu.units }, others: { ...others, ...imu.others },
+    });
   }
   if (pairs.size === 1) return new Map([['', [...pairs.values()][0]]]);
   return pairs.size ? pairs : imus;
@@ -215,17 +231,6 @@ function withoutGravity(names: readonly string[], file: string): string | undefi
 
 function incomplete(names: readonly string[], file: string): string {
   return `${file}: no three columns are known to be an accelerometer; columns found: ${listed(names)}; name them below`;
-}
-
-function refuseMixedUnits(imu: ImuColumns, file: string, recognised: Recognised): void {
-  for (const names of [imu.accelerometer, imu.gyroscope]) {
-    const units = new Set((names ?? []).map((name) => recognised.get(name)?.unit).filter(Boolean));
-    if (units.size > 1) {
-      throw new Failure(
-        `${file}: columns of one sensor are in several units: ${listed([...units] as string[])}; convert them to one`,
-      );
-    }
-  }
 }
 
 /** Refuses two columns that may be one channel of an IMU, where nobody states which of them is. */

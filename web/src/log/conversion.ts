@@ -42,6 +42,7 @@ export interface RawSamples {
 export interface Stating {
   file: string;
   units: ImuColumns['units'];
+  others: ImuColumns['others'];
   rate: number | undefined;
   /** Rows that are expected, by the size of the file. */
   expected: number;
@@ -115,7 +116,16 @@ function resolved(quantity: Quantity, name: string, reason: string): ResolvedUni
 
 function statedUnit(quantity: Quantity, log: Stating, option: string | undefined): { name: string; reason: string } | undefined {
   const found = log.units[quantity];
-  if (option === undefined || option === '') return found === undefined ? undefined : { name: found, reason: 'column name' };
+  if (option === undefined || option === '') {
+    const others = log.others[quantity];
+    if (found !== undefined && others) {
+      throw new Failure(
+        `${log.file}: columns of one sensor, the ${quantity}, are in several units: ${[found, ...others].join(', ')}; ` +
+          `convert them to one, or state that of all with --${quantity}-unit`,
+      );
+    }
+    return found === undefined ? undefined : { name: found, reason: 'column name' };
+  }
   return { name: option, reason: found !== undefined && found !== option ? `option, log says ${found}` : 'option' };
 }
 

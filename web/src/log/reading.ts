@@ -52,7 +52,7 @@ interface Track {
   raw: RawSamples;
   lines: Uint32Array;
   badLines: string[];
-  columns: Pick<ImuColumns, 'units'>;
+  columns: Pick<ImuColumns, 'units' | 'others'>;
   rate: number | undefined;
   head: number;
   expected: number;
@@ -72,7 +72,7 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
     );
   }
   const { file, columns, rate, expected, head } = track;
-  const conversion = conversionFor({ file, units: columns.units, rate, expected, head }, options, withRate(track, options));
+  const conversion = conversionFor({ file, ...columns, rate, expected, head }, options, withRate(track, options));
   const converted = si(track, options, conversion);
   const isDated = track.raw.time !== undefined && options.rate === undefined && countsFrom1970(converted.time.subarray(0, head));
   const { samples, notices } = checked(converted, {
@@ -165,7 +165,7 @@ function openTable(file: LogFile, options: ReadOptions): Track {
     },
     lines: columns.lines,
     badLines: columns.badLines,
-    columns: { units: { ...written, ...imu.units, ...(isDate ? { time: 'ns' } : {}) } },
+    columns: { units: { ...written, ...imu.units, ...(isDate ? { time: 'ns' } : {}) }, others: imu.others },
     rate: imu.time === undefined ? statedRate(layout) : undefined,
     ...blocks(log, layout, columns.lines.length),
     notices: layout.notices,
@@ -246,7 +246,7 @@ function openPair(files: readonly LogFile[], options: ReadOptions): Track {
     raw: { time: rate.time, force: force.rows, rate: rate.rows, temperature: undefined },
     lines: rate.lines,
     badLines: [],
-    columns: { units: {} },
+    columns: { units: {}, others: {} },
     rate: undefined,
     head: Math.min(force.head, rate.head),
     expected: rate.expected,

@@ -18,7 +18,7 @@ export function gravityChart(before: readonly number[], after: readonly number[]
   const size = Math.max(...before.map(Math.abs), ...after.map(Math.abs), 1e-6) * 1.1;
   const x = (k: number) => left + ((k + 0.5) / before.length) * (width - left - right);
   const y = (value: number) => top + ((size - value) / (2 * size)) * (height - top - bottom);
-  const words = say('Length of gravity less {gravity} at {count} rests: up to {before} m/s² as read, {after} m/s² calibrated.', {
+  const words = say('Length of gravity less {gravity} at {count} rests: up to {before} m/s² raw, {after} m/s² calibrated.', {
     gravity: 'g',
     count: before.length,
     before: general(Math.max(...before.map(Math.abs)), 2),

@@ -52,7 +52,7 @@ export function resultPart(result: MultiposeResult, digest: string, date: Date):
       h(
         'p',
         { class: 'legend' },
-        h('span', { class: 'key before' }, `■ ${say('as read')}`),
+        h('span', { class: 'key before' }, `■ ${say('raw')}`),
         h('span', { class: 'key after' }, `● ${say('calibrated')}`),
         h('span', {}, say('length of gravity less {gravity} m/s², in m/s²', { gravity: general(result.gravity) })),
       ),
