@@ -71,6 +71,15 @@ def test_recordings_give_the_same_file_to_the_byte():
     assert sum("text" in each for each in expected.values()) >= 5
 
 
+@pytest.mark.skipif(not DATA.exists(), reason=f"no recordings in {DATA}")
+def test_six_faces_give_the_same_file_to_the_byte():
+    path = DATA / "imucal" / "example_ferraris_session.csv"
+    read = {"rate": 102.4, "gyroscopeUnit": "deg/s"}
+    (by_page,) = headless([{"files": [str(path)], "read": read, "faces": True, "date": DATE}])
+    options = ReadOptions(rate=102.4, gyroscope_unit="deg/s")
+    assert by_page["text"] == tumble.multipose(path, read=options, faces=True).calibration.text()
+
+
 def files_of(path: Path) -> list[str]:
     partner = path.with_name(path.name.replace("_acc", "_gyro"))
     return [str(path), *([str(partner)] if partner != path else [])]
