@@ -5,6 +5,11 @@
 set -eu
 
 target=${TUMBLE_DEVICE_TARGET:-thumbv7em-none-eabihf}
+# What the target needs of Rust's library where it is built from its sources, and the linker of Debian for it.
+case "$target" in
+    wasm32-*) library=std,panic_abort linker=wasm-ld ;;
+    *) library=core linker=ld.lld ;;
+esac
 export CARGO_BUILD_TARGET="$target"
 
 has_core() {
@@ -22,7 +27,7 @@ fi
 # Debian ships the sources of core beside its compiler, from which the target can be built.
 packages="rustc-web cargo-web rust-web-src lld"
 has_sources() {
-    [ -d /usr/lib/rustlib/src/rust/library/core ] && command -v ld.lld >/dev/null
+    [ -d /usr/lib/rustlib/src/rust/library/core ] && command -v "$linker" >/dev/null
 }
 if ! has_sources && [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
     apt-get update --quiet --quiet || true
@@ -36,8 +41,8 @@ if ! has_sources; then
 fi
 # rustup brings a linker along, Debian does not.
 if ! command -v rust-lld >/dev/null; then
-    export "CARGO_TARGET_$(echo "$target" | tr a-z.- A-Z__)_LINKER=ld.lld"
+    export "CARGO_TARGET_$(echo "$target" | tr a-z.- A-Z__)_LINKER=$linker"
 fi
 # -Zbuild-std is not stable yet, and this variable is how a stable compiler is told to allow it.
-export RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core RUSTC=/usr/bin/rustc
+export RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=$library RUSTC=/usr/bin/rustc
 exec /usr/bin/cargo "$@"
