@@ -20,6 +20,7 @@ from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
 from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
 from benchmarks.flights.compared import cells as compared_cells
 from benchmarks.flights.compared import header as compared_header
+from benchmarks.flights.recorded import TIMED
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
 from benchmarks.honesty.table import honesty
@@ -1090,6 +1091,32 @@ def compared(content: Content) -> Iterator[str]:
     yield f"{content['missions']} missions, seeds from {content['seed']} on; s to the name, median (95 %)."
 
 
+def flight_recorded(content: Content) -> Iterator[str]:
+    """Table of faults put into recorded flights, by half, monitor and number of units."""
+    yield _row(
+        ["flights", "monitor", "right", "wrong", "false exclusions", *(f"{each}, s" for each in TIMED)]
+    )
+    yield f"|---|---|---|---|---|{'---|' * len(TIMED)}"
+    for half, sets in content["figures"].items():
+        for name, of in sets.items():
+            found, health = of["all"], of["health"]
+            low, high = (100.0 * each for each in found["right interval"])
+            timed = (of["classes"].get(each, {}) for each in TIMED)
+            times = (
+                f"{each['median']:.2g} ({each['high']:.2g})" if each.get("median") else "" for each in timed
+            )
+            right = f"{found['right']} of {found['runs']} ({low:.1f} to {high:.1f} %)"
+            excluded = f"{health['false exclusions']} in {health['sets']} sets"
+            yield _row([half, name, right, str(found["wrong"]), excluded, *times])
+    yield ""
+    health = content["figures"]["held out"]["core, N = 3"]["health"]
+    yield (
+        f"22 classes of fault, {content['draws']} draws of each in each flight and size; s to the name, "
+        "median (95 %), of faults that were named. "
+        f"Sets of three fly {health['hours']:.2f} h in health, held out."
+    )
+
+
 def flight_clocks(content: Content) -> Iterator[str]:
     """Table of what was reported of a unit whose clock drifts."""
     outcomes = list(dict.fromkeys(name for of in content["spans"].values() for name in of["outcomes"]))
@@ -1326,6 +1353,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "flight_campaign": flight_campaign,
     "compared_sets": compared,
     "compared_flights": compared,
+    "flight_recorded": flight_recorded,
     "flight_clocks": flight_clocks,
     "flight_logs": flight_logs,
     "speed": speed,

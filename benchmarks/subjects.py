@@ -68,6 +68,7 @@ SUBJECTS = (
             "flight_campaign",
             "compared_sets",
             "compared_flights",
+            "flight_recorded",
             "flight_clocks",
             "flight_logs",
         ),

@@ -50,6 +50,8 @@ MONITORS = (
 )
 """The core takes the steps of the model. The last three are for two units, beside a receiver's velocity."""
 OUTCOMES = ("right", "wrong", "none")
+TIMED = ("gyroscope step 0.2 rad/s", "accelerometer step 0.3 m/s^2", "accelerometer step 1 m/s^2")
+"""Classes of which the page shows the time to the name."""
 SETTINGS: dict[str, object] = {"evaluate_every": 10.0}
 
 
@@ -230,6 +232,17 @@ def _health(rows: Sequence[Mapping[str, Any]]) -> Content:
     }
 
 
+def kept(figures: Content) -> Content:
+    """Returns the figures that the page shows: of all classes together, and of those that are timed."""
+    return {
+        half: {
+            name: {**of, "classes": {each: of["classes"][each] for each in TIMED if each in of["classes"]}}
+            for name, of in sets.items()
+        }
+        for half, sets in figures.items()
+    }
+
+
 def show(figures: Content, console: Console) -> None:
     """Prints a table for each number of units, then a line a monitor of health."""
     for units in SIZES:
@@ -325,7 +338,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     is_whole = stated.flights is None and stated.units is None
     is_whole = is_whole and not (stated.classes or stated.held_out or stated.monitors)
     if is_whole and not stated.no_save:
-        save("flight_recorded", {**options, "figures": figures, "machine": machine()})
+        save("flight_recorded", {**options, "figures": kept(figures), "machine": machine()})
     return 0
 
 
