@@ -1117,6 +1117,21 @@ def flight_recorded(content: Content) -> Iterator[str]:
     )
 
 
+def faults_of_flights(results: Mapping[str, Content]) -> Iterator[str]:
+    """Table of the present monitor on recorded flights with faults put in, both halves together."""
+    yield "| recorded flights, present monitor | faults | named | wrong exclusion | false exclusions |"
+    yield "|---|---|---|---|---|"
+    halves = results["flight_recorded"]["figures"].values()
+    for name in (f"today{stored}, N = {units}" for units in (3, 4) for stored in ("", ", stored")):
+        faults = [half[name]["all"] for half in halves]
+        right, wrong, runs = (sum(each[of] for each in faults) for of in ("right", "wrong", "runs"))
+        health = [half[name]["health"] for half in halves]
+        excluded, sets = (sum(each[of] for each in health) for of in ("false exclusions", "sets"))
+        shares = (f"{count}: {100.0 * count / runs:.1f} %" for count in (right, wrong))
+        title = name.removeprefix("today, ").replace("stored,", "calibrations stored,")
+        yield _row([title, str(runs), *shares, f"{excluded} in {sets} sets"])
+
+
 def flight_clocks(content: Content) -> Iterator[str]:
     """Table of what was reported of a unit whose clock drifts."""
     outcomes = list(dict.fromkeys(name for of in content["spans"].values() for name in of["outcomes"]))
@@ -1378,13 +1393,14 @@ SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
     "cases": cases,
     "others": others,
     "integrity": integrity,
+    "faults_of_flights": faults_of_flights,
 }
 """Made from the figures of several benchmarks."""
 
 PAGES = {
     "README.md": ("figures",),
     "docs/how-to/firmware.md": ("device",),
-    "docs/how-to/fly-it.md": ("integrity",),
+    "docs/how-to/fly-it.md": ("integrity", "faults_of_flights"),
     "docs/benchmarks/README.md": ("subjects", "figures"),
     "docs/benchmarks/missed.md": ("missed",),
     "docs/benchmarks/before-and-now.md": ("cases", "others"),
