@@ -5,7 +5,7 @@
 set -eu
 
 target=${TUMBLE_DEVICE_TARGET:-thumbv7em-none-eabihf}
-# What the target needs of Rust's library where it is built from its sources, and the linker of Debian for it.
+# The part of Rust's library that is built from its sources for the target, and Debian's linker for it.
 case "$target" in
     wasm32-*) library=std,panic_abort linker=wasm-ld ;;
     *) library=core linker=ld.lld ;;

@@ -373,7 +373,6 @@ def _without_tests(source: str) -> str:
 
 def python_breaches() -> Iterator[str]:
     """Finds imports that the layers do not allow, and folders that import each other around."""
-    rooms: dict[str, set[str]] = {}
     folders: dict[str, set[str]] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
@@ -391,11 +390,10 @@ def python_breaches() -> Iterator[str]:
             elif top == "tumble" and not _allowed(layer, _layer(used), within_function):
                 yield f"{where}: {layer} may not import tumble.{'.'.join(used)}"
             elif top == "tumble":
-                rooms.setdefault(parts[0], set()).add(used[0])
                 folders.setdefault(_folder(parts), set()).add(_folder(used))
             if layer in ON_THE_COMMAND_LINE and top in NO_MATHEMATICS:
                 yield f"{where}: the command line holds no mathematics, so has no use for {top}"
-    yield from _circles(rooms)
+    yield from _circles(uses_between_rooms())
     yield from _circles(folders)
 
 

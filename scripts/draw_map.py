@@ -24,6 +24,7 @@ PARTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "devices": ("records in flash, the library for C", ("tumble-store", "tumble-capi")),
     "laboratory mathematics": ("rests and turns, fits, Allan deviation, simulators", ("tumble-lab",)),
     "binding": ("arrays in, arrays out", ("tumble-py",)),
+    "page in a browser": ("the core for WebAssembly, and its page", ("tumble-web",)),
     "foundation": ("clock, files, units, recordings, results", ("foundation",)),
     "logs and streams": ("readers and writers of logs, live sources", ("logs", "live")),
     "calibrations": (
@@ -35,15 +36,22 @@ PARTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "station": ("bench page, registry and certificates, fleets", ("bench", "laboratory", "fleet")),
 }
 """Each part: what it holds, and its crates or rooms of the package."""
+OUTSIDE = {"tumble-fuzz", "__init__", "__main__"}
+"""No parts: tests, and the doors of the package."""
 NATIVE = "_core"
 """Module of the package that is the binding."""
 WIDTH, BOX_WIDTH, BOX_HEIGHT, ROW, MARGIN = 760, 330, 52, 88, 20
 
 
 def uses() -> dict[str, set[str]]:
-    """Which parts each part uses, by the dependencies of crates and the imports of rooms."""
+    """Which parts each part uses, by the dependencies of crates and the imports of rooms.
+
+    Raises `ValueError` for a crate or a room that is in no part.
+    """
     part_of = {member: part for part, (_, members) in PARTS.items() for member in members}
     between = {**check_layers.CRATES, **check_layers.uses_between_rooms()}
+    if lost := set(between) - set(part_of) - OUTSIDE:
+        raise ValueError(f"{', '.join(sorted(lost))}: in no part of the map")
     found: dict[str, set[str]] = {part: set() for part in PARTS}
     for member, used in between.items():
         for other in used:

@@ -12,7 +12,7 @@ const table = tables.exports;
 export type TargetWord = keyof typeof table.targets;
 export const TARGETS = Object.keys(table.targets) as TargetWord[];
 
-/** What a format needs that no calibration holds. */
+/** Numbers that a format needs and no calibration holds. */
 export interface ExportSettings {
   accelerometerId?: number;
   gyroscopeId?: number;

@@ -330,30 +330,6 @@ fn bias_drift(py: Python<'_>, drift: &BiasDrift) -> (Py<PyArray1<f64>>, Py<PyArr
 /// Figures of one triad.
 pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
-    let parameters = triad.parts.parameters(&triad.model.bias);
-    let values: Vec<f64> = [
-        parameters.bias,
-        parameters.scale,
-        parameters.non_orthogonality,
-        parameters.mounting,
-    ]
-    .iter()
-    .flat_map(|v| [v.x, v.y, v.z])
-    .collect();
-    let sigmas: Vec<f64> = triad
-        .parts_covariance
-        .diagonal()
-        .iter()
-        .map(|variance| variance.sqrt())
-        .collect();
-    let label = |label: &ResidualLabel| match *label {
-        ResidualLabel::Rest(k) => ("rest", k, k),
-        ResidualLabel::Turn(i, j) => ("turn", i, j),
-        ResidualLabel::Rate(k) => ("rate", k, k),
-        ResidualLabel::RampUp(i, j) => ("ramp up", i, j),
-        ResidualLabel::Ramp(i, j) => ("ramp", i, j),
-        ResidualLabel::RampDown(i, j) => ("ramp down", i, j),
-    };
     figures.set_item("M", array2(py, &triad.model.matrix))?;
     figures.set_item("b", array1(py, &triad.model.bias))?;
     figures.set_item("covariance", array2(py, &triad.covariance))?;
@@ -361,8 +337,8 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     figures.set_item("scale", array1(py, &triad.parts.scale))?;
     figures.set_item("L", array2(py, &triad.parts.non_orthogonality))?;
     figures.set_item("Q", array2(py, triad.parts.mounting.matrix()))?;
-    figures.set_item("values", values)?;
-    figures.set_item("sigmas", sigmas)?;
+    figures.set_item("values", triad.values())?;
+    figures.set_item("sigmas", triad.sigmas())?;
     if let Some(inherited) = &triad.inherited {
         let of_parts = triad
             .parts
@@ -409,7 +385,10 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
         "residual_sigmas",
         stacked(py, triad.residuals.iter().map(|(_, sigma)| *sigma)),
     )?;
-    figures.set_item("labels", triad.labels.iter().map(label).collect::<Vec<_>>())?;
+    figures.set_item(
+        "labels",
+        triad.labels.iter().map(ResidualLabel::named).collect::<Vec<_>>(),
+    )?;
     if let Some((g, sigma)) = &triad.g_sensitivity {
         figures.set_item("g_sensitivity", array2(py, g))?;
         figures.set_item("g_sensitivity_sigma", array2(py, sigma))?;

@@ -12,7 +12,7 @@ mod stamps;
 
 use memory::with_memory;
 
-/// Place of that many numbers, which the next request reads: see `samples.rs`.
+/// Place of that many numbers, which the next request reads: see `figures::Samples`.
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers(count: usize) -> *mut f64 {
     with_memory(|memory| memory.numbers(count))

@@ -1,8 +1,8 @@
-//! PageMemory that a page and this library share.
+//! Memory that a page and this library share.
 
 use std::cell::RefCell;
 
-/// PageMemory that a page and this library share.
+/// Memory that a page and this library share.
 #[derive(Default)]
 pub struct PageMemory {
     /// Samples that the page gave.

@@ -106,22 +106,6 @@ fn gyroscope(found: &Gyroscope) -> Value {
 }
 
 fn triad(found: &TriadCalibration) -> Value {
-    let parameters = found.parts.parameters(&found.model.bias);
-    let values: Vec<f64> = [
-        parameters.bias,
-        parameters.scale,
-        parameters.non_orthogonality,
-        parameters.mounting,
-    ]
-    .iter()
-    .flat_map(|values| [values.x, values.y, values.z])
-    .collect();
-    let sigmas: Vec<f64> = found
-        .parts_covariance
-        .diagonal()
-        .iter()
-        .map(|variance| variance.sqrt())
-        .collect();
     json!({
         "M": square(&found.model.matrix),
         "b": vector(&found.model.bias),
@@ -130,8 +114,8 @@ fn triad(found: &TriadCalibration) -> Value {
         "scale": vector(&found.parts.scale),
         "L": square(&found.parts.non_orthogonality),
         "Q": square(found.parts.mounting.matrix()),
-        "values": values,
-        "sigmas": sigmas,
+        "values": found.values(),
+        "sigmas": found.sigmas(),
         "rank": found.rank,
         "widened": found.widened,
         "variance_freedom": found.variance_freedom,
@@ -139,19 +123,8 @@ fn triad(found: &TriadCalibration) -> Value {
         "degrees_of_freedom": found.degrees_of_freedom,
         "residuals": vectors(found.residuals.iter().map(|(residual, _)| *residual)),
         "residual_sigmas": vectors(found.residuals.iter().map(|(_, sigma)| *sigma)),
-        "labels": found.labels.iter().map(label).collect::<Vec<_>>(),
+        "labels": found.labels.iter().map(ResidualLabel::named).collect::<Vec<_>>(),
     })
-}
-
-fn label(label: &ResidualLabel) -> (&'static str, usize, usize) {
-    match *label {
-        ResidualLabel::Rest(k) => ("rest", k, k),
-        ResidualLabel::Turn(i, j) => ("turn", i, j),
-        ResidualLabel::Rate(k) => ("rate", k, k),
-        ResidualLabel::RampUp(i, j) => ("ramp up", i, j),
-        ResidualLabel::Ramp(i, j) => ("ramp", i, j),
-        ResidualLabel::RampDown(i, j) => ("ramp down", i, j),
-    }
 }
 
 /// A word for the reason why there is no calibration, and its figures.

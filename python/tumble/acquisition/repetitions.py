@@ -24,15 +24,19 @@ def repeats(readings: FloatArray) -> NDArray[np.bool_]:
     return same
 
 
+def repetitions(same: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Returns the first and last index (k, 2) of each run of equal readings, by what `repeats` returns."""
+    # Where readings begin to stand still, and where they end to, in turn.
+    return np.flatnonzero(np.diff(same, prepend=False, append=False)).reshape(-1, 2)
+
+
 def frozen_stretches(samples: Chunk) -> list[tuple[int, int]]:
     """First and last index of each stretch in which all channels stood still for longer than `FROZEN`.
 
     There is none of a sensor so coarse that readings often repeat themselves.
     """
     same = repeats(samples.accelerometer) & repeats(samples.gyroscope)
-    # Where readings begin to stand still, and where they end to, in turn.
-    ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
-    first, last = ends[::2], ends[1::2]
+    first, last = repetitions(same).T
     lasting = samples.time[last] - samples.time[first] > FROZEN
     if is_coarse(len(samples) - int(same.sum()), int((~lasting).sum())):
         return []

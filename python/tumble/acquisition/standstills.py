@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.acquisition.repetitions import FROZEN
+from tumble.acquisition.repetitions import FROZEN, repetitions
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.units import Triad
 from tumble.logs.row_order import select
@@ -99,26 +99,19 @@ def _is_fine(values: FloatArray) -> bool:
     return len(moving) > 0 and bool(np.median(moving) > _FINE * smallest)
 
 
-def _repetitions(same: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """(k, 2) first and last index of each run of two equal readings or more."""
-    padded = np.zeros(len(same) + 2, dtype=np.bool_)
-    padded[1:-1] = same
-    return np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
-
-
 def _is_long(time: FloatArray, runs: NDArray[np.intp]) -> NDArray[np.bool_]:
     lasts: NDArray[np.bool_] = time[runs[:, 1]] - time[runs[:, 0]] > FROZEN
     return lasts & (runs[:, 1] - runs[:, 0] >= _FEWEST)
 
 
 def _long_runs(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run]:
-    runs = _repetitions(same)
+    runs = repetitions(same)
     return [(int(first), int(last)) for first, last in runs[_is_long(time, runs)]]
 
 
 def _lasting(time: FloatArray, same: NDArray[np.bool_]) -> list[_Run] | None:
     """Lists the long repetitions of a channel; None where it is too coarse to show any."""
-    runs = _repetitions(same)
+    runs = repetitions(same)
     long = _is_long(time, runs)
     readings = len(same) + 1 - int(same.sum())
     if readings < _FEWEST_CHANGES or (~long).sum() > _COARSE * readings:

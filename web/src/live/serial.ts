@@ -4,7 +4,7 @@ import { Failure } from '../failure';
 import { recognise } from '../log/columns';
 import { Recorder } from './recorder';
 
-/** What the page needs of Web Serial. */
+/** The part of Web Serial that the page uses. */
 interface Port {
   open(options: { baudRate: number; bufferSize: number }): Promise<void>;
   close(): Promise<void>;

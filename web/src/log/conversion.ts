@@ -12,7 +12,7 @@ const table = tables.units;
 /** One number for all three axes, or one for each. */
 export type AxisValues = number | [number, number, number];
 
-/** What a person states of a log that it does not state itself. */
+/** Facts that a person states of a log that does not state them itself. */
 export interface ReadOptions {
   columns?: Partial<Record<Channel, string>>;
   imu?: string;
@@ -38,7 +38,7 @@ export interface RawSamples {
   temperature: Float64Array | undefined;
 }
 
-/** What a log states of itself. */
+/** Facts that a log states of itself. */
 export interface Stating {
   file: string;
   units: ImuColumns['units'];

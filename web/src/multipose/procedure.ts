@@ -19,7 +19,7 @@ const checks = tables.checks;
 
 export type Verdict = 'calibrated' | 'partly calibrated' | 'model not met';
 
-/** What a person states of a session. */
+/** Facts that a person states of a session. */
 export interface SessionOptions {
   /** m/s^2; standard gravity where nobody states it. */
   gravity?: number;

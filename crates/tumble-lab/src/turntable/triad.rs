@@ -60,6 +60,24 @@ impl TriadCalibration {
         self.g_sensitivity.is_some()
     }
 
+    /// Bias, scale, non-orthogonality and mounting, each of x, y and z.
+    pub fn values(&self) -> Vec<f64> {
+        let parameters = self.parts.parameters(&self.model.bias);
+        let triples = [
+            parameters.bias,
+            parameters.scale,
+            parameters.non_orthogonality,
+            parameters.mounting,
+        ];
+        triples.iter().flat_map(|of| [of.x, of.y, of.z]).collect()
+    }
+
+    /// 1-sigma of each of [`Self::values`].
+    pub fn sigmas(&self) -> Vec<f64> {
+        let variances = self.parts_covariance.diagonal();
+        variances.iter().map(|variance| variance.sqrt()).collect()
+    }
+
     /// Adds to what all targets have in common.
     pub(super) fn add_inherited(&mut self, covariance: ModelCovariance<f64>) {
         self.inherited = Some(self.inherited.unwrap_or_else(ModelCovariance::zeros) + covariance);
@@ -100,6 +118,20 @@ pub enum ResidualLabel {
     Ramp(usize, usize),
     /// From a constant rate to a rest.
     RampDown(usize, usize),
+}
+
+impl ResidualLabel {
+    /// Name of the kind of interval, and the indices it lies between; one of a single index has it twice.
+    pub fn named(&self) -> (&'static str, usize, usize) {
+        match *self {
+            Self::Rest(k) => ("rest", k, k),
+            Self::Turn(i, j) => ("turn", i, j),
+            Self::Rate(k) => ("rate", k, k),
+            Self::RampUp(i, j) => ("ramp up", i, j),
+            Self::Ramp(i, j) => ("ramp", i, j),
+            Self::RampDown(i, j) => ("ramp down", i, j),
+        }
+    }
 }
 
 /// Chi-square beyond this many of its own sigma above its mean is no chance.
