@@ -24,14 +24,14 @@ def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
     running = [Station(issue, address, drawn.sample(results, units)) for _ in range(stations)]
     for _ in range(kills):
         victim = running.pop(drawn.randrange(len(running)))
-        # It goes on while it is heard, so that it is killed in the midst of something.
+        # It goes on while it is received, so that it is killed in the midst of something.
         for _ in range(drawn.randint(0, 3)):
-            victim.hear()
+            victim.receive()
         victim.kill()
-        victim.hear_all()
+        victim.receive_all()
         running.append(Station(issue, address, drawn.sample(results, units)))
     for each in running:
-        each.hear_all()
+        each.receive_all()
     assert [each.exit_code for each in running] == [0] * stations
     opened = Registry(address)
     assert sorted(int(row["number"]) for row in record.listed(opened)) == list(range(1, units + 1))

@@ -8,11 +8,11 @@ from tumble.laboratory.certificate.numbering import parse_pattern
 from tumble.laboratory.registry import Registry
 
 
-def issue(say, address, results):
-    """Issues a certificate for each result that has none, and says each number that it takes."""
+def issue(report, address, results):
+    """Issues a certificate for each result that has none, and reports each number that it takes."""
 
     def make(number):
-        say(number)
+        report(number)
         return record.Rendered(number, f"%PDF- {number}".encode(), f"<xml>{number}</xml>".encode())
 
     registry, pattern = Registry(address, patience=120.0), parse_pattern("{n}")

@@ -10,27 +10,27 @@ _CONTEXT.set_forkserver_preload(["tumble.laboratory.registry", "tumble.laborator
 
 
 class Station:
-    """A process that runs `work(say, *arguments)`; a test reads the texts that it says."""
+    """A process that runs `work(report, *arguments)`; a test reads the texts that it reports."""
 
     def __init__(self, work, *arguments):
-        self._heard, said = _CONTEXT.Pipe(duplex=False)
-        self._process = _CONTEXT.Process(target=_run, args=(said, work, arguments))
+        self._receiver, sender = _CONTEXT.Pipe(duplex=False)
+        self._process = _CONTEXT.Process(target=_run, args=(sender, work, arguments))
         self._process.start()
         # Its end of the pipe is the only one, so that the pipe ends with it.
-        said.close()
+        sender.close()
 
-    def hear(self):
+    def receive(self):
         """Waits for its next text; none comes after its end, nor of one that a kill cut short."""
         try:
-            return self._heard.recv_bytes().decode()
+            return self._receiver.recv_bytes().decode()
         except (EOFError, OSError):
             return None
 
-    def hear_all(self):
-        """Waits for its end; returns all texts that were not heard before."""
-        heard = list(iter(self.hear, None))
+    def receive_all(self):
+        """Waits for its end; returns all texts that were not received before."""
+        received = list(iter(self.receive, None))
         self._process.join()
-        return heard
+        return received
 
     def kill(self):
         """Kills it, between any two instructions."""
@@ -42,5 +42,5 @@ class Station:
         return self._process.exitcode
 
 
-def _run(said, work, arguments):
-    work(lambda text: said.send_bytes(text.encode()), *arguments)
+def _run(sender, work, arguments):
+    work(lambda text: sender.send_bytes(text.encode()), *arguments)

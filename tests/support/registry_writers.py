@@ -10,13 +10,13 @@ from made_up_calibrations import made_up, save
 from tumble.laboratory.registry import Registry
 
 
-def write(say, address, folders):
-    """Adds results one by one and says each identity once it is in."""
+def write(report, address, folders):
+    """Adds results one by one and reports each identity once it is in."""
     registry = Registry(address, patience=120.0)
-    say("ready")
+    report("ready")
     for folder in folders:
         (added,) = registry.add(folder)
-        say(added.identity)
+        report(added.identity)
 
 
 def compete(address, folder: Path, *, writers: int, results: int, kills: int, seed: int) -> None:
@@ -31,13 +31,13 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
     running = [Station(write, str(address), drawn.sample(folders, results)) for _ in range(writers)]
     for _ in range(kills):
         victim = running.pop(drawn.randrange(len(running)))
-        # It goes on while it is heard, so that it is killed in the midst of something.
-        first = [victim.hear() for _ in range(drawn.randint(0, results))]
+        # It goes on while it is received, so that it is killed in the midst of something.
+        first = [victim.receive() for _ in range(drawn.randint(0, results))]
         victim.kill()
-        acknowledged |= identities(first) | identities(victim.hear_all())
+        acknowledged |= identities(first) | identities(victim.receive_all())
         running.append(Station(write, str(address), drawn.sample(folders, results)))
     for each in running:
-        acknowledged |= identities(each.hear_all())
+        acknowledged |= identities(each.receive_all())
         assert each.exit_code == 0
     registry = Registry(address)
     listed = [row["calibration"] for row in registry.list()]
@@ -49,6 +49,6 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
     assert found.entries == results + 1
 
 
-def identities(heard) -> set[str]:
-    """Identities among texts that a writer said; one that was killed said none at its end."""
-    return {text for text in heard if text is not None and len(text) == 64}
+def identities(received) -> set[str]:
+    """Identities among texts that a writer reported; one that was killed reported none at its end."""
+    return {text for text in received if text is not None and len(text) == 64}
