@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from pymavlink.DFReader import FORMAT_TO_STRUCT  # type: ignore[import-untyped]
 
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.walk import Damage, walk
 
 DataflashRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
@@ -75,7 +76,7 @@ class BinaryLog:
 
 
 def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, DataflashRecords]]:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for _ in walk(file, 0, path.stat().st_size, found.messages, found.damage):
             if records := found.records():
                 yield records

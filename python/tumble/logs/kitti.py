@@ -18,6 +18,7 @@ from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import (
     CHUNK_SAMPLES,
@@ -102,7 +103,7 @@ def _number(name: str) -> int | None:
 
 
 def _fields(file: Path) -> list[bytes]:
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         return stream.read(_LARGEST_FILE).split()
 
 
@@ -144,7 +145,7 @@ def _times_of(folder: Path, names: list[str], stamps: Iterator[tuple[int, float]
 
 def _stamps(file: Path) -> Iterator[tuple[int, float]]:
     """Returns number of line, from 0, and time in ns since 1970."""
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         for number in range(1 << 62):
             line = stream.readline(_LONGEST_STAMP)
             if not line:
