@@ -16,7 +16,7 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
-from tumble.foundation.numbers import whole_number
+from tumble.foundation.numbers import number_of, whole_number
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.regular_files import open_regular
 from tumble.logs.options import ReadOptions
@@ -119,10 +119,8 @@ def _pieces(folder: Path, files: list[str], *, timed: bool) -> Iterator[RawSampl
 
 def _row(file: Path) -> list[float]:
     fields = _fields(file)
-    try:
-        numbers = [float(field) for field in (*fields[_ACCELEROMETER], *fields[_GYROSCOPE])]
-    except ValueError:
-        numbers = []
+    chosen = (*fields[_ACCELEROMETER], *fields[_GYROSCOPE])
+    numbers = [number for field in chosen if (number := number_of(field.decode("latin-1"))) is not None]
     if len(fields) != _FIELDS or len(numbers) != 6:
         raise LogError(f"{file}: does not hold {_FIELDS} numbers; copy it again, or move it elsewhere")
     return numbers
