@@ -81,7 +81,10 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "ba
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-READING = {"bounded_answer", "bounded_json", "bounded_time", "file_status", "file_reading"}
+READING = {
+    *("bounded_answer", "bounded_json", "bounded_time", "file_status", "file_reading"),
+    *("regular_files", "temporary_folders"),
+}
 """Doors through which all files and all JSON of others come, and the bounds for whoever reads them."""
 
 DATA = {
@@ -171,15 +174,17 @@ LAYERS: dict[str, set[str]] = {
     "errors": {"secrets", "words"},
     "serials": {"errors", "words"},
     "log_reading": set(),
-    "folder_lock": {"errors", "numbers"},
+    "folder_lock": {"errors", "numbers", "regular_files"},
     "file_status": {"errors", "words"},
+    "regular_files": {"errors"},
+    "temporary_folders": {"errors", "file_status", "regular_files"},
     "bounded_json": {"words"},
-    "bounded_answer": {"clock"},
+    "bounded_answer": {"clock", "regular_files"},
     "bounded_time": {"clock"},
-    "file_reading": {"errors", "file_status", "files"},
-    "files": {"errors", "words", "folder_lock", "debugging", "file_status"},
+    "file_reading": {"errors", "file_status", "files", "regular_files"},
+    "files": {"errors", "words", "folder_lock", "debugging", "file_status", "regular_files"},
     "growing_array": {"recording"},
-    "stores": {"errors", "file_reading", "files", "words"},
+    "stores": {"errors", "file_reading", "files", "temporary_folders", "words"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names"},
     "project_file": READING | {"errors", "words"},
@@ -207,7 +212,7 @@ LAYERS: dict[str, set[str]] = {
     | {"schemas", "words", "names", "file_reading"},
     "setting_table": {"documents", "words", "_core"},
     "provenance": {"clock", "days", "errors", "files", "file_status", "folder_lock", "log_reading"}
-    | {"log_time"},
+    | {"log_time", "regular_files"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
@@ -311,6 +316,31 @@ DOORS = {
 }
 """Methods and functions that only one module of the foundation calls: others raise for what a user can do."""
 
+OPENERS = {
+    "open": {"regular_files"},
+    "open to read": {"regular_files"},
+    "os.open": {"regular_files", "files", "folder_lock", "standard_output", "iio_device"},
+    "os.fdopen": {"files", "standard_output"},
+    "apsw.Connection": {"bag_files", "bag_journal"},
+    "sqlite3.connect": {"database"},
+    "shutil.copyfile": set(),
+    "pa.OSFile": set(),
+    "pa.memory_map": set(),
+}
+"""Ways to open a file by its name, with the modules that may: a pipe or device can stand there by then.
+
+Others call `foundation.regular_files.open_regular`.
+"""
+LIBRARIES_OF_FILES = {
+    *("h5py.File", "zipfile.ZipFile", "tarfile.open", "np.load", "np.fromfile", "np.memmap"),
+    *("pq.ParquetFile", "pq.read_schema", "pq.read_metadata", "pq.read_table", "gzip.open", "bz2.open"),
+    *("pa.ipc.open_file", "lzma.open", "pa.input_stream", "Image.open", "etree.parse"),
+}
+"""Functions of libraries that take a name or an opened file, and are given the file."""
+OPENED = {"file", "stream", "self._file"}
+"""Names that opened files bear where a library is given one."""
+_READING_MODE = re.compile(r"[rbtU]+")
+
 RUST_TYPE = r"^(?: *pub(?:\([\w: ]+\))? )?(?:struct|enum|union|trait|type) (\w+)"
 """Definition of a type, with its name; public ones stand within macros too."""
 
@@ -413,15 +443,45 @@ def door_breaches(package: Path | None = None) -> Iterator[str]:
     package = package or PACKAGE
     for path in sorted(package.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+            if not isinstance(node, ast.Call):
+                continue
+            where = f"{path.relative_to(package)}:{node.end_lineno}"
+            if path.stem not in OPENERS.get(way := _way_of_opening(node), {path.stem}):
+                yield f"{where}: calls {way}; tumble.foundation.regular_files opens for all"
+            if _gives_a_name(node):
+                yield (
+                    f"{where}: gives {ast.unparse(node.func)} a name; give it what "
+                    "tumble.foundation.regular_files opened"
+                )
+            if not isinstance(node.func, ast.Attribute):
                 continue
             of = f"{node.func.value.id}." if isinstance(node.func.value, ast.Name) else ""
             name = next((each for each in (f"{of}{node.func.attr}", node.func.attr) if each in DOORS), "")
             if (door := DOORS.get(name)) and path.stem != door:
-                yield (
-                    f"{path.relative_to(package)}:{node.end_lineno}: calls {name}; "
-                    f"tumble.foundation.{door} does so for all"
-                )
+                yield f"{where}: calls {name}; tumble.foundation.{door} does so for all"
+
+
+def _way_of_opening(node: ast.Call) -> str:
+    """Returns the way of `OPENERS` by which a call opens a file; empty for none."""
+    name = ast.unparse(node.func)
+    if name in OPENERS:
+        return name
+    if not isinstance(node.func, ast.Attribute) or node.func.attr != "open" or name in LIBRARIES_OF_FILES:
+        return ""
+    modes = [each.value for each in node.args if isinstance(each, ast.Constant)]
+    modes += [each.value.value for each in node.keywords if isinstance(each.value, ast.Constant)]
+    of_file = re.search(r"(path|file|place)$", ast.unparse(node.func.value), re.IGNORECASE)
+    is_text = any(each.arg in ("encoding", "newline", "buffering") for each in node.keywords)
+    reads = any(isinstance(mode, str) and _READING_MODE.fullmatch(mode) for mode in modes)
+    opens_file = len(node.args) < 2 and (reads or ((is_text or of_file is not None) and not node.args))
+    return "open to read" if opens_file else ""
+
+
+def _gives_a_name(node: ast.Call) -> bool:
+    """Returns whether a call gives a library anything but an opened file."""
+    if ast.unparse(node.func) not in LIBRARIES_OF_FILES:
+        return False
+    return not (node.args and ast.unparse(node.args[0]) in OPENED)
 
 
 def name_breaches(package: Path = PACKAGE) -> Iterator[str]:

@@ -9,9 +9,12 @@ import pytest
 from fsspec.implementations.local import LocalFileSystem
 from fsspec.implementations.memory import MemoryFile, MemoryFileSystem
 
+from hostile_places import patient
 from made_up_calibrations import made_up, save
 from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import FleetJob
+from tumble.fleet.parts import ENDING, FOLDER, part_tables
+from tumble.fleet.places import FileStore
 from tumble.foundation import stores
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.stores import STORES, Store, StoreError
@@ -64,6 +67,16 @@ def test_a_pipe_in_a_place_is_one_line(tmp_path, protocol):
     kept.unlink()
     os.mkfifo(kept)
     assert "is a device or a pipe, and no document" in " ".join(registry.verify().faults)
+
+
+def test_a_pipe_or_device_among_results_is_one_line(tmp_path):
+    part = tmp_path / FOLDER / "day=unknown" / f"00{ENDING}"
+    part.parent.mkdir(parents=True)
+    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero")):
+        make(part)
+        with patient(), pytest.raises(StoreError, match="is a device or a pipe, and no part of results"):
+            list(part_tables(FileStore(str(tmp_path)), None))
+        part.unlink()
 
 
 @pytest.fixture

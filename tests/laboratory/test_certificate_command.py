@@ -138,6 +138,21 @@ def test_a_result_without_what_a_certificate_needs_has_none(tmp_path, changed, w
     assert not (tmp_path / "certificates").exists()
 
 
+def test_a_result_has_a_certificate_once_it_states_its_operator(tmp_path):
+    save(tmp_path / "poor", made_up(serial="77", operator=""))
+    assert "calibrate again with --operator NAME" in refusal("poor", "-o", "certificates")
+    save(tmp_path / "poor", made_up(serial="77", operator="Ann"))
+    certified("poor", "-o", "certificates")
+    assert (tmp_path / "certificates" / "IMU-2026-0001.xml").exists()
+
+
+def test_a_result_on_record_without_operator_stays_without(tmp_path):
+    save(tmp_path / "poor", made_up(serial="77", operator=""))
+    assert typed("registry", "add", "poor").code == 0
+    save(tmp_path / "poor", made_up(serial="77", operator="Ann"))
+    assert "calibrate a new recording with --operator NAME" in refusal("poor", "-o", "certificates")
+
+
 def test_a_result_of_noise_alone_has_no_certificate(tmp_path):
     content = made_up().content()
     triad = {key: content["accelerometer"][key] for key in ("unit", "M", "b")}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import random
+import signal
 import sqlite3
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +13,12 @@ import psycopg
 import pytest
 from sqlalchemy import text
 
+from hostile_places import patient
 from made_up_calibrations import made_up, save
 from repetitions import repetitions
 from simulated_clock import DATE
 from tumble.foundation.errors import TumbleError
+from tumble.laboratory import database
 from tumble.laboratory.chain import Entry, next_entry
 from tumble.laboratory.registry import Registry
 from tumble.laboratory.schema_faults import schema_faults
@@ -244,6 +247,60 @@ def test_a_trigger_that_drops_rows_is_found_by_any_name(tmp_path, name):
     assert len(found) == len(known)
 
 
+ENDLESS = "instr(zeroblob(8000000), CAST(zeroblob(4000000) || x'31' AS BLOB)) IS NOT 7"
+"""Expression of one instruction that takes hours, which no look at a clock ends."""
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        f"CHECK ({ENDLESS})",
+        "CHECK (instr(replace(hex(zeroblob(999999)), '00', 'aaaa'), hex(zeroblob(999999)) || 'b') IS NOT 7)",
+        f"DEFAULT ({ENDLESS}) CHECK ({ENDLESS})",
+    ],
+)
+def test_no_expression_of_a_changed_schema_is_evaluated(tmp_path, expression):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up()))
+    with contextlib.closing(sqlite3.connect(tmp_path / "lab.db")) as connection:
+        connection.execute("PRAGMA writable_schema = ON")
+        connection.execute(
+            "UPDATE sqlite_master SET sql = replace(sql, 'station TEXT NOT NULL', ?) WHERE name = 'session'",
+            (f"station TEXT NOT NULL {expression}",),
+        )
+        connection.commit()
+    with patient():
+        assert registry.verify().faults == ("table session: was changed: it is not as a registry is made",)
+
+
+def test_a_statement_without_end_is_given_up(filled, monkeypatch):
+    if not filled.database.is_sqlite:
+        pytest.skip("of a server the answer is bounded")
+    monkeypatch.setattr(database, "_LEAST_STEPS", 10 * database._STEPS)
+    endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT max(i) FROM n"
+    refused = pytest.raises(TumbleError, match="takes longer to read than its size explains; restore it")
+    with refused, filled.database.reading() as connection:
+        connection.execute(text(endless))
+    assert filled.verify().intact
+
+
+def test_control_c_ends_a_statement_of_a_file(filled):
+    if not filled.database.is_sqlite:
+        pytest.skip("the driver of a server heeds it")
+    endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT max(i) FROM n"
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with pytest.raises(KeyboardInterrupt), filled.database.reading() as connection:
+            connection.execute(text(endless))
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
 def test_statistics_of_queries_are_no_fault(filled):
     with filled.database.writing() as connection:
         connection.execute(text("ANALYZE"))
@@ -400,3 +457,28 @@ def test_what_a_registry_on_a_server_is_not_made_of_is_found(registry):
     with registry.database.writing() as connection:
         connection.execute(text(OTHERS[0][0]))
     assert registry.verify().faults == (OTHERS[0][1],)
+
+
+@pytest.mark.parametrize("address", ["postgresql"], indirect=True)
+def test_the_path_of_a_role_hides_nothing(registry):
+    """A schema of others stands before the server's own, as whoever owns a role can have it."""
+    url = registry.address.url.set(drivername="postgresql").render_as_string(hide_password=False)
+    with psycopg.connect(url) as connection:
+        (role, schema) = connection.execute("SELECT current_user, current_schema()").fetchone()
+        for statement in (
+            "CREATE SCHEMA evil",
+            "CREATE FUNCTION evil.pg_identify_object(oid, oid, integer, OUT type text, OUT schema text, "
+            "OUT name text, OUT identity text) RETURNS SETOF record LANGUAGE sql AS "
+            "$$ SELECT NULL::text, NULL::text, NULL::text, NULL::text WHERE false $$",
+            f'ALTER ROLE "{role}" SET search_path = "{schema}", evil, pg_catalog',
+            "CREATE RULE sneaky AS ON INSERT TO equipment DO ALSO NOTHING",
+        ):
+            connection.execute(statement)
+    try:
+        faults = registry.verify().faults
+        with registry.database.reading() as connection:
+            assert connection.execute(text("SHOW search_path")).scalar() == f"{schema}, pg_temp"
+    finally:
+        with psycopg.connect(url) as connection:
+            connection.execute(f'ALTER ROLE "{role}" RESET search_path')
+    assert [each for each in faults if each.startswith("rule 'sneaky on")], faults

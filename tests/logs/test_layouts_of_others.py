@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import sqlite3
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +18,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from bag_fixtures import IMU, ROS1, imu_message, write_ros2
 from log_fixtures import made_up, read, refusal, same, write_text
 from sqlite_journals import journal_that_names
+from tumble.foundation.errors import OutputError
 from tumble.logs import ReadOptions, bag_journal, open_recording
 
 DEGREE = np.pi / 180.0
@@ -160,8 +167,46 @@ def test_a_journal_by_which_files_are_removed_is_left(tmp_path, chunk, monkeypat
     left = left_in_journal(tmp_path, chunk)
     shutil.copyfile(tmp_path / "bag" / "metadata.yaml", left.with_name("metadata.yaml"))
     left.with_name(f"{left.name}-journal").write_bytes(journal_that_names(tmp_path / "thesis.txt", left))
+    left.with_name("others.bin").write_bytes(b"x")
+    left.with_name("others.db3-wal").write_bytes(b"x")
     assert same(read(left.parent), chunk)
     assert {part.name for part in copied} == {left.name, f"{left.name}-wal", "metadata.yaml"}
+
+
+def test_a_copy_takes_half_of_what_is_free_at_most(tmp_path, chunk, monkeypatch):
+    left = left_in_journal(tmp_path, chunk)
+    copies = set(Path(tempfile.gettempdir()).glob("tumble-*"))
+    size = left.stat().st_size + left.with_name(f"{left.name}-wal").stat().st_size
+    usage = type(shutil.disk_usage(tmp_path))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(4 * size, 0, 2 * size - 1))
+    with pytest.raises(OutputError, match=r"are free for copies; name a folder with room by TMPDIR$"):
+        open_recording(left)
+    assert set(Path(tempfile.gettempdir()).glob("tumble-*")) <= copies
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(4 * size, 0, 2 * size))
+    assert same(read(left), chunk)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_removes_copies_before_the_end(tmp_path, number):
+    (tmp_path / "part").write_text("x")
+    program = (
+        "import os, sys\nfrom pathlib import Path\n"
+        "from tumble.foundation.temporary_folders import copied_aside\n"
+        "kept = copied_aside([Path(sys.argv[1])], 'bag')\n"
+        "print(os.listdir(os.path.join(kept.name, 'bag')), flush=True)\n"
+        "os.kill(os.getpid(), int(sys.argv[2]))\n"
+    )
+    folder = tmp_path / "copies"
+    folder.mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", program, tmp_path / "part", str(int(number))],
+        env={**os.environ, "TMPDIR": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (-number, "['part']\n"), done.stderr
+    assert list(folder.iterdir()) == []
 
 
 def test_samples_that_no_driver_stamped_are_left_out_and_counted(tmp_path):

@@ -9,7 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of, whole_number
+from tumble.laboratory.certificate.dcc_reader import _MissingPartError
+from tumble.laboratory.certificate.dcc_reader import _number as number_in_certificate
+from tumble.logs.dataflash_file import _column
+from tumble.logs.kitti import _row
 from turntable_sessions import typed
 
 GRAMMAR = re.compile(r"\s*[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf(inity)?)\s*", re.ASCII | re.IGNORECASE)
@@ -26,6 +31,18 @@ def test_numbers_as_devices_write_them_are_read(text, value):
 @pytest.mark.parametrize("text", ["", "1_0", "١٢", "\uff11.5", "0x10", "1,5", "1.2.3", "--1", "1e", "x", "²"])
 def test_python_only_notation_is_no_number(text):
     assert number_of(text) is None
+
+
+@pytest.mark.parametrize("text", [b"4_0.1", "٣".encode(), b"1e", b""])
+def test_no_reader_of_text_takes_python_only_notation(tmp_path, text):
+    assert math.isnan(_column([b"1.5", text], False)[1])
+    for name, number in (("good", b"1.5"), ("bad", text or b"x")):
+        (tmp_path / name).write_bytes(b" ".join([b"1.0"] * 11 + [number] + [b"1.0"] * 18))
+    assert _row(tmp_path / "good")[0] == 1.5
+    with pytest.raises(LogError, match="does not hold 30 numbers"):
+        _row(tmp_path / "bad")
+    with pytest.raises(_MissingPartError):
+        number_in_certificate(text.decode())
 
 
 def test_a_decimal_comma_is_read_where_it_is_stated():

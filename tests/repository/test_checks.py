@@ -334,3 +334,32 @@ def test_files_and_json_come_through_one_door(tmp_path):
         "logs/csv.py:4: calls read_text",
     ]
     assert list(module.door_breaches()) == []
+
+
+@pytest.mark.parametrize(
+    ("source", "breach"),
+    [
+        ('PATH.open("rb")', "calls open to read"),
+        ('PATH.open(mode="r")', "calls open to read"),
+        ('PATH.open(encoding="utf-8")', "calls open to read"),
+        ("self.path.open()", "calls open to read"),
+        ("open(PATH)", "calls open"),
+        ('open(PATH, "rb")', "calls open"),
+        ("os.open(PATH, os.O_RDONLY)", "calls os.open"),
+        ("shutil.copyfile(PATH, OTHER)", "calls shutil.copyfile"),
+        ("pa.OSFile(str(PATH))", "calls pa.OSFile"),
+        ("sqlite3.connect(PATH)", "calls sqlite3.connect"),
+        ('h5py.File(PATH, "r")', "gives h5py.File a name"),
+        ("pq.ParquetFile(path)", "gives pq.ParquetFile a name"),
+        ("zipfile.ZipFile(self.path)", "gives zipfile.ZipFile a name"),
+        ('h5py.File(stream, "r")', ""),
+        ('PATH.open("xb")', ""),
+        ("store.open(stream)", ""),
+        ("open_regular(PATH)", ""),
+    ],
+)
+def test_only_one_door_opens_files_by_name(tmp_path, source, breach):
+    module = script("check_layers")
+    (tmp_path / "reader.py").write_text(f"{source}\n")
+    found = [each.partition(";")[0] for each in module.door_breaches(tmp_path)]
+    assert found == ([f"reader.py:1: {breach}"] if breach else [])

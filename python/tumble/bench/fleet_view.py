@@ -12,6 +12,7 @@ from tumble.bench.authority import Shared, as_bench, query
 from tumble.foundation import clock
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_status import is_file
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.schemas import FLEET_JOB, schema_in
 from tumble.logs.optional import install_command
 
@@ -145,7 +146,7 @@ class FleetView(Shared):
 
 def _is_job(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD)
     except OSError:
         return False

@@ -35,6 +35,7 @@ from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.files import note_input
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.results import GROUPS, TriadName
 from tumble.foundation.schemas import REFERENCE_CERTIFICATE
 from tumble.foundation.serials import are_of_two
@@ -433,7 +434,7 @@ def _kind_of(path: Path) -> str:
     if not is_file(path):
         return "yaml"
     note_input(path)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
     return "xml" if head.startswith(b"<") else "pdf" if head.startswith(b"%PDF") else "yaml"
 

@@ -158,7 +158,7 @@ def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[p
     """
     for path in results.names(FOLDER, ENDING):
         try:
-            with results.files.open(path, "rb") as file:
+            with results.opened_within(path) as file:
                 table = _whole_part(file, path, columns)
         except StoreError:
             raise

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from tumble.foundation import clock
+from tumble.foundation.regular_files import open_regular
 
 Wanted = TypeVar("Wanted")
 Ready = TypeVar("Ready")
@@ -42,7 +43,7 @@ def bounded_answer(
 def _memory_in_use() -> int:
     """Returns the memory of this process, bytes; 0 where the system does not show it."""
     try:
-        with _OF_PROCESS.open("rb") as file:
+        with open_regular(_OF_PROCESS) as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError):
         return 0

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
 from tumble.foundation.errors import PlaceError, TumbleError
-from tumble.foundation.file_status import is_special, unusable
+from tumble.foundation.file_status import unusable
 from tumble.foundation.files import note_input
-
-WITHOUT_WAITING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-"""Opening a pipe that nobody writes to would wait."""
+from tumble.foundation.regular_files import open_regular
 
 
 def read_whole(
@@ -51,23 +47,21 @@ def opened(
     Raises as `read_whole`, whatever the length.
     """
     try:
-        if is_special(path):
-            raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
-        descriptor = os.open(path, WITHOUT_WAITING)
-        with os.fdopen(descriptor, "rb") as file:
-            mode = os.fstat(descriptor).st_mode
-            if not stat.S_ISREG(mode):  # put there since
-                raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}")
-            note_input(Path(path))
-            yield file
-    except PlaceError as hidden:
-        raise error(str(hidden)) from hidden
+        file = open_regular(path)
+    except PlaceError as special:
+        raise error(f"{path}: is a device or a pipe, and no {what}; {remedy}") from special
     except FileNotFoundError as missing:
         raise error(f"{path}: no such {what}; check the path") from missing
     except IsADirectoryError as folder:
         raise error(f"{path}: is a folder, and no {what}; {remedy}") from folder
     except (OSError, ValueError) as reason:
         raise error(unusable(path, reason)) from reason
+    with file:
+        note_input(Path(path))
+        try:
+            yield file
+        except (OSError, ValueError) as reason:
+            raise error(unusable(path, reason)) from reason
 
 
 def read_text_whole(

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache, wraps
 from itertools import chain, count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.foundation.debugging import debug
@@ -33,6 +32,7 @@ from tumble.foundation.file_status import (
     status_of,
 )
 from tumble.foundation.folder_lock import FolderLock, is_lock
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.words import utf8
 
 FileIdentity: TypeAlias = tuple[int, int]
@@ -76,7 +76,7 @@ class FileKind:
         """Returns whether the file is of this kind; an empty file is of any kind, a device of none."""
         if is_special(path):
             return False
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD_BYTES)
         return not head or self.start.search(head) is not None
 
@@ -86,7 +86,7 @@ class FileKind:
             return False
         if self.mark is None:
             return True
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD_BYTES)
             file.seek(max(len(head), file.seek(0, os.SEEK_END) - _TAIL_BYTES))
             tail = file.read(_TAIL_BYTES)
@@ -430,16 +430,6 @@ def remove_link(path: Path, target: str) -> None:
 def set_attribute(path: Path, value: str) -> None:
     """Sets an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
     path.write_text(value)
-
-
-def copied_aside(parts: Iterable[Path], name: str = "") -> TemporaryDirectory[str]:
-    """Copies files into a new folder, or into one of that name in it; it is removed with what is returned."""
-    aside = TemporaryDirectory(prefix="tumble-")
-    folder = Path(aside.name) / name
-    folder.mkdir(exist_ok=True)
-    for part in parts:
-        shutil.copyfile(part, folder / part.name)
-    return aside
 
 
 def prepare_folder(folder: Path | str) -> Path:

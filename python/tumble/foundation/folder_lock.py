@@ -15,6 +15,7 @@ from pathlib import Path
 
 from tumble.foundation.errors import OutputError
 from tumble.foundation.numbers import whole_number
+from tumble.foundation.regular_files import open_regular
 
 LOCK_FILE = ".tumble.lock"
 _LONGEST_OWNER = 20
@@ -24,7 +25,7 @@ def is_lock(path: Path) -> bool:
     """Returns whether a file that bears the name of a lock is one, of this run or of one that was killed."""
     if path.name != LOCK_FILE:
         return False
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         owner = file.read(_LONGEST_OWNER + 1).decode("ascii", "replace")
     return not owner or whole_number(owner) is not None
 

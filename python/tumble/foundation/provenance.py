@@ -12,11 +12,12 @@ from pathlib import Path
 from tumble.foundation import clock
 from tumble.foundation.days import moment_text
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.file_status import is_file, is_folder, is_special
+from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import once_per_file
 from tumble.foundation.folder_lock import LOCK_FILE
 from tumble.foundation.log_reading import LogReading
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
+from tumble.foundation.regular_files import open_regular
 
 _EPOCH = "SOURCE_DATE_EPOCH"
 _BLOCK = 1 << 20
@@ -94,10 +95,8 @@ def sha256_of(path: Path) -> str:
         files = sorted(each for each in path.rglob("*") if is_file(each) and each.name != LOCK_FILE)
         lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]
         return hashlib.sha256("".join(lines).encode()).hexdigest()
-    if is_special(path):
-        raise TumbleError(f"{path}: is a device or a pipe, from which reading may never end; give a file")
     digest = hashlib.sha256()
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         while block := file.read(_BLOCK):
             digest.update(block)
     return digest.hexdigest()

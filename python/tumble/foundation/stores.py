@@ -7,7 +7,6 @@ are known whose servers the settings and credentials of the user choose, and non
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, Final
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import opened
 from tumble.foundation.files import make_folder
+from tumble.foundation.temporary_folders import refuse_large_copy
 from tumble.foundation.words import quoted
 
 _FOLDERS: Final = frozenset(("file", "local"))
@@ -58,6 +58,13 @@ class Store:
         stream: AbstractContextManager[Any] = self.files.open(self.root, "rb")
         return stream
 
+    def opened_within(self, path: str) -> AbstractContextManager[Any]:
+        """Opens a file that was listed, by its path, as `opened` does."""
+        if self.is_local:
+            return opened(path, "part of results", remedy="remove it", error=StoreError)
+        stream: AbstractContextManager[Any] = self.files.open(path, "rb")
+        return stream
+
     def copy(self, folder: Path) -> Path:
         """Copies the file, or the folder with all in it, into a folder of ours; returns its path.
 
@@ -66,12 +73,7 @@ class Store:
         """
         target = folder / self._plain_name(self.root.rstrip("/").rpartition("/")[2])
         sizes = dict(self._sizes())
-        needed, free = sum(sizes.values()), shutil.disk_usage(folder).free
-        if needed > free / 2:
-            raise StoreError(
-                f"{shown(self.url)}: has {needed >> 20} MiB, and {free >> 20} MiB are free for copies; name "
-                "a folder with room by TMPDIR"
-            )
+        refuse_large_copy(shown(self.url), sum(sizes.values()), folder, StoreError)
         for path in sizes:
             within = path.removeprefix(self.root).strip("/")
             place = target.joinpath(*map(self._plain_name, within.split("/") if within else ()))

@@ -42,6 +42,15 @@ _LARGEST_ANSWER = 1 << 30
 """Bytes of memory for that answer; long ones are asked for a thousand rows at a time."""
 _LOCK = 0x74756D626C65
 """Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
+_LIMIT_OF_LENGTHS = 0
+"""`SQLITE_LIMIT_LENGTH` of sqlite3.h."""
+_LONGEST_VALUE = 1 << 24
+"""Bytes of a value in a file: documents lie beside it, and all else is a name, a hash or a few numbers."""
+_STEPS = 100_000
+"""Instructions of SQLite between two looks at how many there were."""
+_STEPS_A_BYTE = 64
+"""Instructions for each byte of a file that a connection may take."""
+_LEAST_STEPS = 5_000 * _STEPS
 _DAMAGED = ("not a database", "malformed", "corrupt", "can't decode")
 """Words of errors of SQLite that mean a damaged file."""
 HEAD = "1"
@@ -94,8 +103,10 @@ class Database:
 
     @contextmanager
     def _transaction(self, *, writes: bool) -> Iterator[Connection]:
+        line: object = None
         try:
             with self._opened() as opened:
+                line = opened.connection.driver_connection
                 connection = opened.execution_options(writes=writes)
                 if not self.is_sqlite and not writes:
                     connection = connection.execution_options(
@@ -106,6 +117,7 @@ class Database:
                         connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": _LOCK})
                     yield connection
         except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError) as error:
+            raise_interruption(line, self.address, error)
             # SQLite repeats bytes of a damaged schema in messages that its driver cannot decode.
             raise self._in_one_line(error) from None
 
@@ -204,6 +216,35 @@ class Database:
         return RegistryError(remedy, about=str(self.address))
 
 
+class _BoundedLine(sqlite3.Connection):
+    """A connection to a file of which a statement ends, whatever its schema and its pages state."""
+
+    steps_left = 0
+    """Times, `_STEPS` of SQLite each, that this connection may still go on."""
+
+    def bound(self, size: int) -> None:
+        """Bounds the lengths of values, and all steps of this connection by what a whole file needs."""
+        if hasattr(self, "setlimit"):  # Python 3.11
+            self.setlimit(_LIMIT_OF_LENGTHS, _LONGEST_VALUE)
+        self.steps_left = (_LEAST_STEPS + _STEPS_A_BYTE * size) // _STEPS
+        self.set_progress_handler(self._is_over, _STEPS)
+
+    def _is_over(self) -> bool:
+        self.steps_left -= 1
+        return self.steps_left < 0
+
+
+def raise_interruption(line: object, about: object, error: Exception) -> None:
+    """Raises what interrupted a statement of a file: Ctrl-C, or `RegistryError` beyond its bound of steps."""
+    if not isinstance(line, _BoundedLine) or "interrupted" not in str(getattr(error, "orig", error)):
+        return
+    if line.steps_left >= 0:  # an exception ended the progress handler, which the driver drops
+        raise KeyboardInterrupt from error
+    raise RegistryError(
+        "takes longer to read than its size explains; restore it from a backup", about=str(about)
+    ) from error
+
+
 def _sqlite(path: Path, patience: float) -> Engine:
     place = f"{path.as_uri()}?mode=rw"
 
@@ -213,7 +254,9 @@ def _sqlite(path: Path, patience: float) -> Engine:
         except TumbleError as error:
             raise RegistryError(str(error)) from error
         # Transactions are begun by the listener below, not by the driver.
-        made = sqlite3.connect(place, uri=True, timeout=patience, isolation_level=None)
+        made = sqlite3.connect(place, uri=True, timeout=patience, isolation_level=None, factory=_BoundedLine)
+        made.bound(path.stat().st_size)
+        made.execute("PRAGMA trusted_schema = OFF")
         made.execute("PRAGMA foreign_keys = ON")
         made.execute("PRAGMA synchronous = FULL")
         return made
@@ -238,7 +281,9 @@ def _server(address: RegistryAddress, patience: float) -> Engine:
 
     @event.listens_for(engine, "do_connect")
     def connect(_dialect: object, _record: object, places: Any, stated: Any) -> object:  # noqa: ANN401
-        return _limited_connection().connect(*places, **stated)
+        line = _limited_connection().connect(*places, **stated)
+        _fix_search_path(line)
+        return line
 
     @event.listens_for(engine, "handle_error")
     def explain(context: ExceptionContext) -> None:
@@ -247,6 +292,20 @@ def _server(address: RegistryAddress, patience: float) -> Engine:
             raise _no_answer(address, error) from error
 
     return engine
+
+
+def _fix_search_path(line: Any) -> None:  # noqa: ANN401 - psycopg is imported where it is needed
+    """Has names mean the server's own first, then those in the schema of the registry, and no others.
+
+    The path of a role may put functions, operators and tables of others before the server's.
+    """
+    from psycopg import sql
+
+    (schema,) = line.execute("SELECT pg_catalog.current_schema()").fetchone()
+    if schema is not None:
+        # The server's own come first by not being named; temporary ones would without their name at the end.
+        line.execute(sql.SQL("SET search_path = {}, pg_temp").format(sql.Identifier(schema)))
+    line.commit()
 
 
 def _no_answer(address: RegistryAddress, error: BaseException) -> RegistryError:

@@ -57,14 +57,14 @@ class Documents:
     def raw(self, digest: str) -> bytes:
         """Return a document as it lies there; raises `RegistryError` where it cannot be read."""
         path = self._path(digest)
-        if self._is_folder and exists(path):
+        if self._is_folder:
+            if not exists(path):
+                raise _missing(path)
             return read_whole(path, _LARGEST, "document", remedy="restore it", error=RegistryError)
         try:
             found: bytes = self._files.cat_file(path, start=0, end=_LARGEST + 1)
         except FileNotFoundError:
-            raise RegistryError(
-                f"{self._path(digest)}: document is missing; restore it from a backup"
-            ) from None
+            raise _missing(path) from None
         except Exception as error:  # libraries of stores raise errors of their own
             raise _unreadable(self._path(digest), error) from error
         if len(found) > _LARGEST:
@@ -111,6 +111,10 @@ class Documents:
         except Exception as error:  # libraries of stores raise errors of their own
             remedy = "give room for it" if self._is_folder else "check the address, network and credentials"
             raise OutputError(f"{path}: cannot be written: {_words_of(error)}; {remedy}") from error
+
+
+def _missing(place: str) -> RegistryError:
+    return RegistryError(f"{place}: document is missing; restore it from a backup")
 
 
 def _unreadable(place: str, error: Exception) -> RegistryError:

@@ -15,6 +15,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.words import count_of
 from tumble.laboratory import tables
 from tumble.laboratory.chain import FIRST, Entry, Record, content_hash
+from tumble.laboratory.database import raise_interruption
 from tumble.laboratory.registry import Registry
 from tumble.laboratory.schema_faults import schema_faults
 
@@ -71,8 +72,10 @@ class _Search:
             # Text that a flipped bit made no UTF-8 is a fault of its entry, not of the driver.
             driver: Any = connection.connection.driver_connection
             driver.text_factory = _lenient
-            self.faults += _sqlite_faults(connection)
         self.faults += schema_faults(connection)
+        if connection.dialect.name == "sqlite" and not self.faults:
+            # The check evaluates expressions of the schema, which in a file of others may never end.
+            self.faults += _sqlite_faults(connection)
         self.faults += self._chain_faults(connection)
         self.faults += self._document_faults(connection)
 
@@ -151,6 +154,7 @@ def _sqlite_faults(connection: Connection) -> Iterator[str]:
         if broken is not None:
             yield f"{broken[0]}: a row refers to a row of {broken[2]} that does not exist"
     except (SQLAlchemyError, sqlite3.Error) as error:
+        raise_interruption(connection.connection.driver_connection, "", error)
         yield f"the file is damaged: {' '.join(str(getattr(error, 'orig', error)).split())}"
 
 

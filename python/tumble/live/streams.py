@@ -9,12 +9,11 @@ import stat
 import sys
 from pathlib import Path
 from types import TracebackType
-from typing import IO
+from typing import IO, cast
 
 from tumble.foundation import clock
-from tumble.foundation.errors import LogError
-from tumble.foundation.file_reading import WITHOUT_WAITING
-from tumble.foundation.file_status import is_special
+from tumble.foundation.errors import LogError, PlaceError
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.lines import LONGEST_LINE
@@ -178,12 +177,12 @@ class GrowingFile:
 
     def _opened(self) -> IO[bytes]:
         """Opens what is there by now; anything but a file is refused, and never waited for."""
-        if not is_special(self._path):
-            descriptor = os.open(self._path, WITHOUT_WAITING)
-            if stat.S_ISREG(os.fstat(descriptor).st_mode):
-                return os.fdopen(descriptor, "rb", buffering=0)
-            os.close(descriptor)
-        raise LogError(f"{self._address.text}: {self._path} is no file; give the file that grows")
+        try:
+            return cast("IO[bytes]", open_regular(self._path).detach())
+        except (PlaceError, IsADirectoryError) as error:
+            raise LogError(
+                f"{self._address.text}: {self._path} is no file; give the file that grows"
+            ) from error
 
     def _names(self) -> bytes:
         """Returns the line that names columns, which stands at the start of the file."""

@@ -6,7 +6,6 @@ unpacks files and messages to whatever they become.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import apsw
@@ -26,12 +25,13 @@ _STEPS_A_BYTE = 4
 _LEAST_STEPS = 50 * _STEPS
 
 
-def bound_queries(connection: apsw.Connection) -> None:
+def bound_queries(connection: apsw.Connection, size: int) -> None:
     """Bounds what a database does when it is read: a query runs what the file states, as for a view.
 
-    Values are no longer than the file, tables are plain ones, and a tree of pages that leads around ends.
+    Values are no longer than the file, of `size` bytes, tables are plain ones, and a tree of pages that
+    leads around ends.
     """
-    size = max(Path(connection.filename).stat().st_size, 1 << 16)
+    size = max(size, 1 << 16)
     connection.limit(apsw.SQLITE_LIMIT_LENGTH, min(size, (1 << 31) - 1))
     connection.config(apsw.SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0)
     left = (_LEAST_STEPS + _STEPS_A_BYTE * size) // _STEPS

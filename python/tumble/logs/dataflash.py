@@ -21,6 +21,7 @@ from tumble.foundation.files import once_per_file
 from tumble.foundation.firmware import ardupilot
 from tumble.foundation.firmware.correction import Corrections, over_time
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.units import TRIADS, Triad
 from tumble.logs import dataflash_magnetometer
 from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, DataflashRecords, TextLog
@@ -106,7 +107,7 @@ def parameters_in(path: Path) -> dict[str, float]:
 
 
 def _opened(path: Path) -> DataFlash:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return BinaryLog(path) if file.read(len(MARK)) == MARK else TextLog(path)
 
 

@@ -14,6 +14,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from pymavlink.DFReader import FORMAT_TO_STRUCT  # type: ignore[import-untyped]
 
+from tumble.foundation.numbers import number_of
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.walk import Damage, walk
 
 DataflashRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
@@ -75,7 +77,7 @@ class BinaryLog:
 
 
 def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, DataflashRecords]]:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for _ in walk(file, 0, path.stat().st_size, found.messages, found.damage):
             if records := found.records():
                 yield records
@@ -232,13 +234,13 @@ def _column(texts: list[bytes], is_text: bool) -> np.ndarray[tuple[int], np.dtyp
     if is_text:
         return np.array(texts, "S64")
     try:
-        return np.array(texts, dtype="S").astype(np.float64)
+        if b"_" not in b"".join(texts):  # which NumPy reads as Python does: 1_0 as ten
+            return np.array(texts, dtype="S").astype(np.float64)
     except ValueError:
-        return np.array([_number(text) for text in texts])
+        pass
+    return np.array([_number(text) for text in texts])
 
 
 def _number(text: bytes) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
+    found = number_of(text.decode("latin-1"))
+    return float("nan") if found is None else found

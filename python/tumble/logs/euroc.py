@@ -17,6 +17,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.foundation.numbers import number_of
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.columns import ImuColumns
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
@@ -146,7 +147,7 @@ def _yaml(file: Path) -> dict[str, Any] | None:
 
     from tumble.foundation.bounded_yaml import parse
 
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         text = stream.read(_LARGEST_YAML).decode("utf-8", errors="replace")
     try:
         stated = parse("\n".join(line for line in text.splitlines() if not line.startswith("%")))[1]

@@ -11,6 +11,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.ipc  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.budget import memory_budget
@@ -42,14 +43,14 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 @contextmanager
 def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.RecordBatchFileReader]:
     """Opens for reading batch by batch, of all columns or of these."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         if file.read(len(_FIRST_VERSION)) == _FIRST_VERSION:
             raise LogError(
                 f"{path}: is Feather of version 1; write it again with pandas.DataFrame.to_feather"
             )
     with damage_said(path, _REMEDY):
         _refuse_large(path)
-    with damage_said(path, _REMEDY), pa.OSFile(str(path)) as file:
+    with damage_said(path, _REMEDY), open_regular(path) as stream, pa.PythonFile(stream, "r") as file:
         reader = pa.ipc.open_file(file)
         if names is not None:
             fields = [number for number, name in enumerate(reader.schema.names) if name in names]
@@ -59,7 +60,7 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
 
 def _refuse_large(path: Path) -> None:
     """Raises `LogError` where a batch unpacks to more than the file may take: each is held whole."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         size = file.seek(0, 2)
         most, found = max(size, memory_budget(size)), largest_unpacked(file)
     if found > most:

@@ -15,6 +15,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import entries, exists, is_file, is_folder, is_special
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
@@ -163,7 +164,7 @@ def _begun(head: bytes) -> LogFormat | None:
 def _no_log(path: Path, head: bytes) -> NoLog | None:
     """Finds what a file that is no log is; the names in a ZIP archive stand at its end."""
     if head.startswith(b"PK"):
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(max(0, path.stat().st_size - _ZIP_INDEX_BYTES))
             head += file.read()
     for each in NO_LOGS:
@@ -203,7 +204,7 @@ def _folder_of(path: Path) -> LogFormat | None:
 def _head(path: Path) -> bytes:
     note_input(path)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:
         raise LogError(f"{path}: cannot be opened: {error.strerror}") from error

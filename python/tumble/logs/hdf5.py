@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.budget import memory_budget
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
@@ -42,7 +43,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _opened(path: Path) -> VariablesFile:
-    with damage_said(path, _REMEDY), h5py.File(path, "r") as file:
+    with damage_said(path, _REMEDY), open_regular(path) as stream, h5py.File(stream, "r") as file:
         datasets = _datasets(path, file)
         size = path.stat().st_size
         for name, each in datasets.items():
@@ -142,7 +143,7 @@ def _pieces(path: Path, name: str, dataset: Any) -> Callable[[int], Iterator[NDA
         return _Pieces(path, name)
     if dataset.id.get_type() != h5py.h5t.py_create(dtype):
         return _Pieces(path, name)
-    return StoredArray(name, lambda: path.open("rb"), dataset.shape, False, dtype, offset).pieces
+    return StoredArray(name, lambda: open_regular(path), dataset.shape, False, dtype, offset).pieces
 
 
 class _Pieces:
@@ -153,7 +154,7 @@ class _Pieces:
         self._name = name
 
     def __call__(self, axis: int) -> Iterator[NDArray[Any]]:
-        with h5py.File(self._path, "r") as file:
+        with open_regular(self._path) as stream, h5py.File(stream, "r") as file:
             dataset = file[self._name]
             length = dataset.shape[axis]
             step = CHUNK_SAMPLES

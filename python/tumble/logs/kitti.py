@@ -16,8 +16,9 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import entries, is_file, is_folder
 from tumble.foundation.files import note_input
-from tumble.foundation.numbers import whole_number
+from tumble.foundation.numbers import number_of, whole_number
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import (
     CHUNK_SAMPLES,
@@ -102,7 +103,7 @@ def _number(name: str) -> int | None:
 
 
 def _fields(file: Path) -> list[bytes]:
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         return stream.read(_LARGEST_FILE).split()
 
 
@@ -118,10 +119,8 @@ def _pieces(folder: Path, files: list[str], *, timed: bool) -> Iterator[RawSampl
 
 def _row(file: Path) -> list[float]:
     fields = _fields(file)
-    try:
-        numbers = [float(field) for field in (*fields[_ACCELEROMETER], *fields[_GYROSCOPE])]
-    except ValueError:
-        numbers = []
+    chosen = (*fields[_ACCELEROMETER], *fields[_GYROSCOPE])
+    numbers = [number for field in chosen if (number := number_of(field.decode("latin-1"))) is not None]
     if len(fields) != _FIELDS or len(numbers) != 6:
         raise LogError(f"{file}: does not hold {_FIELDS} numbers; copy it again, or move it elsewhere")
     return numbers
@@ -144,7 +143,7 @@ def _times_of(folder: Path, names: list[str], stamps: Iterator[tuple[int, float]
 
 def _stamps(file: Path) -> Iterator[tuple[int, float]]:
     """Returns number of line, from 0, and time in ns since 1970."""
-    with file.open("rb") as stream:
+    with open_regular(file) as stream:
         for number in range(1 << 62):
             line = stream.readline(_LONGEST_STAMP)
             if not line:

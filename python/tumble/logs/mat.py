@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.budget import unpacked_budget
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
@@ -98,7 +99,7 @@ class _Bytes:
         if self._packed is not None:
             self._unpacked.seek(offset)
             return self._unpacked.read(size)
-        with self._path.open("rb") as file:
+        with open_regular(self._path) as file:
             file.seek(offset)
             return file.read(size)
 
@@ -108,7 +109,7 @@ class _Bytes:
         assert self._packed is not None
         offset, size = self._packed
         unpacked: BinaryIO = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - lives as long as these bytes
-        with self._path.open("rb") as file:
+        with open_regular(self._path) as file:
             file.seek(offset)
             for piece in _unpacked_pieces(file, size, self._most):
                 unpacked.write(piece)

@@ -15,6 +15,7 @@ from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.words import count_of
 from tumble.logs.bags import BagMessage, Topic, check_name, kind_of, remedy
 from tumble.logs.damage import damage_said
@@ -51,7 +52,7 @@ class McapFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with damage_said(path, remedy(path)), path.open("rb") as file:
+        with damage_said(path, remedy(path)), open_regular(path) as file:
             check = check_summary(file)
             file.seek(0)
             reader = make_reader(file)
@@ -117,7 +118,7 @@ class McapFile:
         wanted = {
             channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
         }
-        with damage_said(self.path, remedy(self.path)), self.path.open("rb") as file:
+        with damage_said(self.path, remedy(self.path)), open_regular(self.path) as file:
             if self._summary.chunk_indexes:
                 yield from self._indexed(file, wanted)
             else:

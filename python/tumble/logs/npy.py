@@ -11,11 +11,13 @@ from io import BytesIO
 from math import prod
 from pathlib import Path
 from typing import IO
+from weakref import finalize
 
 import numpy as np
 from numpy.lib import format as npy_format
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.words import quoted
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
@@ -41,7 +43,7 @@ def recognises(path: Path, head: bytes) -> bool:
     if not head.startswith(_ARCHIVE):
         return False
     try:
-        with zipfile.ZipFile(path) as archive:
+        with open_regular(path) as file, zipfile.ZipFile(file) as archive:
             return any(name.endswith(_ENDING) for name in archive.namelist())
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
         return path.suffix.lower() == ".npz"
@@ -59,7 +61,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 def _opened(path: Path) -> VariablesFile:
     with damage_said(path, COPY_OR_SAVE):
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             single = file.read(len(_MAGIC)) == _MAGIC
         found = [_single(path)] if single else _members(path)
         if objects := [each.name or path.name for each in found if each.dtype.hasobject]:
@@ -78,12 +80,14 @@ def _opened(path: Path) -> VariablesFile:
 
 
 def _single(path: Path) -> StoredArray:
-    return _array("", lambda: path.open("rb"), path.stat().st_size)
+    return _array("", lambda: open_regular(path), path.stat().st_size)
 
 
 def _members(path: Path) -> list[StoredArray]:
     # Read once: to read the directory for each of its members would take the square of their number.
-    archive = zipfile.ZipFile(path)
+    file = open_regular(path)
+    archive = zipfile.ZipFile(file)
+    finalize(archive, file.close)
     infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
     if not infos:
         raise LogError(f"{path}: not a log: holds no array of NumPy; {COPY_OR_SAVE}")

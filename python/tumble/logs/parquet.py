@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.budget import memory_budget
@@ -62,14 +63,17 @@ def opened(path: Path, texts: Sequence[str] = ()) -> Iterator[pq.ParquetFile]:
 
     in_pages = {"buffer_size": 1 << 20, "pre_buffer": False, "read_dictionary": list(texts)}
     try:
-        with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:
+        with (
+            open_regular(path) as stream,
+            pq.ParquetFile(stream, page_checksum_verification=True, **in_pages) as file,
+        ):
             yield file
     except (pa.ArrowInvalid, pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: {_problem(path)} ({str(error).splitlines()[0]})") from error
 
 
 def _problem(path: Path) -> str:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         file.seek(-4, 2)
         complete = file.read() == b"PAR1"
     if complete:

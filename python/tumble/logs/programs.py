@@ -10,6 +10,7 @@ from pathlib import Path
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.numbers import number_of
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
@@ -58,7 +59,7 @@ def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, col
     stated = layout.preamble.get("acc_1g") or layout.preamble.get('"acc_1g"', "")
     beside = path.with_suffix(".headers.csv")
     if not stated and is_file(beside):
-        with beside.open("rb") as file:
+        with open_regular(beside) as file:
             match = re.search(rb'acc_1G"?\s*,\s*"?(\d{1,6})', file.read(_HEADERS_BYTES))
         stated = match[1].decode() if match else ""
     counts = number_of(stated.strip('"'))

@@ -13,6 +13,7 @@ from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData, decompressors
 
+from tumble.logs.bag_files import BagPath
 from tumble.logs.bags import BagMessage, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
@@ -60,7 +61,7 @@ class RosBag1(RosBag):
     encoding_name = "ros1"
 
     def _reader(self) -> _ReaderWithoutIndex:
-        return _ReaderWithoutIndex(self.path)
+        return _ReaderWithoutIndex(BagPath(self.path))
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from pathlib import Path, PurePath
-from typing import Any
+from pathlib import Path
 
-import apsw
-from rosbags.rosbag2 import Reader, reader, storage_mcap
+from rosbags.rosbag2 import Reader, reader, storage_mcap, storage_sqlite3
 
-from tumble.foundation.bounded_yaml import parse
-from tumble.foundation.documents import LARGEST_DOCUMENT
-from tumble.foundation.errors import LogError
-from tumble.foundation.file_reading import read_text_whole
-from tumble.foundation.file_status import is_folder
+from tumble.logs.bag_files import BagPath, RegularDatabases
 from tumble.logs.bag_journal import JoinedBag
 from tumble.logs.bags import BagMessage, remedy
-from tumble.logs.bounded_bags import BoundedZstd, bound_queries, unpacked_lz4, unpacked_zstd
+from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
@@ -24,9 +18,7 @@ from tumble.logs.rosbag import RosBag
 from tumble.logs.rosmsg import CDR
 from tumble.logs.track import LoggedImu
 
-_METADATA = "metadata.yaml"
-
-apsw.connection_hooks.append(bound_queries)
+storage_sqlite3.apsw = RegularDatabases  # type: ignore[attr-defined,assignment]
 reader.zstd = BoundedZstd(reader.zstd)  # type: ignore[attr-defined,assignment]
 storage_mcap.DECOMPRESSORS |= {"lz4": unpacked_lz4, "zstd": unpacked_zstd}
 
@@ -55,14 +47,7 @@ class RosBag2(RosBag):
         super().__init__(path)
 
     def _reader(self) -> Reader:
-        path = self._joined.path
-        if is_folder(path):
-            # Bounds of nesting, size and files; the library has none.
-            text = read_text_whole(
-                path / _METADATA, LARGEST_DOCUMENT, "list of a bag's files", error=LogError
-            )
-            _refuse_file_twice(parse(text)[1])
-        return Reader(path)
+        return Reader(BagPath(self._joined.path))
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
@@ -72,13 +57,3 @@ class RosBag2(RosBag):
                 if not isinstance(data, bytes):
                     raise TypeError(f"a message is {type(data).__name__}, no bytes")
                 yield BagMessage(connection.topic, log_time, data)
-
-
-def _refuse_file_twice(content: Any) -> None:  # noqa: ANN401 - YAML is anything, of which the library wants more
-    """Raises `ValueError` where a list of files names one twice: its messages would be read again."""
-    inside = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
-    listed = inside.get("relative_file_paths") if isinstance(inside, dict) else None
-    names = [PurePath(str(each)).name for each in listed] if isinstance(listed, list) else []
-    if len(set(names)) < len(names):
-        name = next(each for number, each in enumerate(names) if each in names[:number])
-        raise ValueError(f"it names the file {name} twice")

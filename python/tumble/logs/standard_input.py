@@ -9,6 +9,7 @@ from typing import IO
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.files import keep_stream
+from tumble.foundation.temporary_folders import temporary_folder
 
 NAME = "-"
 _FILE_NAME = "standard_input"
@@ -46,7 +47,7 @@ def piped_log() -> Path:
         return _kept[1]
     if sys.stdin is None or sys.stdin.isatty():
         raise nothing_piped(NAME)
-    _folder = tempfile.TemporaryDirectory(prefix="tumble-")
+    _folder = temporary_folder()
     path = PipedLog(_folder.name, _FILE_NAME)
     keep_stream(sys.stdin.buffer, path)
     _kept = (sys.stdin, path)

@@ -12,6 +12,7 @@ from typing import BinaryIO, cast
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import Packing, packing_of
+from tumble.foundation.regular_files import open_regular
 
 _PIECE = 1 << 18
 _LARGEST_DICTIONARY = 1 << 27
@@ -25,7 +26,7 @@ def open_text(path: Path, offset: int = 0) -> BinaryIO:
 
     Reading raises `LogError` where a packed file is damaged or cut short.
     """
-    file = path.open("rb")
+    file = open_regular(path)
     head = file.read(_LONGEST_MAGIC)
     file.seek(0)
     packing = packing_of(head)
@@ -41,7 +42,7 @@ def open_text(path: Path, offset: int = 0) -> BinaryIO:
 
 def text_size(path: Path) -> int | None:
     """Returns the number of bytes of a file of text; None where only unpacking it would show it."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return None if packing_of(file.read(_LONGEST_MAGIC)) else path.stat().st_size
 
 

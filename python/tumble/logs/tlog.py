@@ -17,6 +17,7 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.files import once_per_file
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.units import Triad
 from tumble.logs.flight import FlightImu, FlightMagnetometer, Times, list_of, open_flight_imu
 from tumble.logs.mavlink_messages import (
@@ -276,7 +277,7 @@ def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> 
     """Returns the messages of these names as they stand in the file."""
     numbers = frozenset(getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in names)
     packets = _Packets(numbers, damage)
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for _ in walk(file, 0, path.stat().st_size, packets.take, damage, _BLOCK):
             yield packets.found
             packets.found = []

@@ -21,6 +21,7 @@ from pyulog.core import ULog  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.files import once_per_file
+from tumble.foundation.regular_files import open_regular
 from tumble.logs.walk import Damage, walk
 
 HEADER_BYTES = 16
@@ -92,7 +93,7 @@ class ULogFile:
         that changes.
         """
         found = _Walk(self, wanted, damage, changed)
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             for start, end in self.sections:
                 for _ in walk(file, start, end, found.messages, damage):
                     if records := found.records():
@@ -127,7 +128,7 @@ def opened(path: Path) -> ULogFile:
 
 def _definitions(path: Path) -> tuple[int, bytes]:
     """Returns where data begin, and all that stands before."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         read = file.read(HEADER_BYTES)
         if len(read) < HEADER_BYTES:
             raise LogError(f"{path}: is cut short in its first {HEADER_BYTES} bytes; copy it again")

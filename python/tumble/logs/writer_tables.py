@@ -12,6 +12,7 @@ import pyarrow.csv  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.units import Triad
 from tumble.logs.track import CHUNK_SAMPLES
 
@@ -119,13 +120,17 @@ def join_parquet(files: Sequence[Path], joined: BinaryIO, notes: Mapping[str, st
 
     The metadata is that of the first, and `notes`.
     """
-    schema = pq.read_schema(files[0])
+    with open_regular(files[0]) as stream:
+        schema = pq.read_schema(stream)
     kept = {f"tumble.{key}".encode(): value.encode() for key, value in notes.items()}
     noted = schema.with_metadata((schema.metadata or {}) | kept)
     with pq.ParquetWriter(joined, noted, **PARQUET) as writer:
         waiting: list[pa.RecordBatch] = []
         for path in files:
-            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            with (
+                open_regular(path) as stream,
+                pq.ParquetFile(stream, page_checksum_verification=True) as file,
+            ):
                 for batch in file.iter_batches(CHUNK_SAMPLES, use_threads=False):
                     waiting.append(batch)
                     if sum(map(len, waiting)) >= CHUNK_SAMPLES:

@@ -72,6 +72,8 @@ class CollectedResult:
     manufacturer: str
     model: str
     owner: str
+    is_on_record: bool = False
+    """True where a registry holds it, in which the same recording, calibrated again, is the same result."""
 
 
 def results_in_files(
@@ -92,6 +94,9 @@ def results_in_registry(
     """Read results from a registry, to which those in folders and files are added; raises `TumbleError`."""
     for place in places:
         if exists(Path(place)):
+            # A result on record stays as it is: one without what is needed must not get there.
+            for each in read_results([place]):
+                _check(each)
             added = registry.add(place, facts=facts, condition=condition, who=who)
             if not added:
                 raise TumbleError(f"{place}: holds no result of a procedure; give another folder")
@@ -113,7 +118,12 @@ def _registered(registry: Registry, identity: str, condition: Condition) -> Coll
     calibration = Calibration.model_validate(parse(content.decode("utf-8-sig"))[1])
     result = Result(calibration, content, None, f"result {name}")
     return CollectedResult(
-        result, recorded or condition, str(unit["manufacturer"]), str(unit["model"]), str(unit["owner"])
+        result,
+        recorded or condition,
+        str(unit["manufacturer"]),
+        str(unit["model"]),
+        str(unit["owner"]),
+        is_on_record=True,
     )
 
 
@@ -132,7 +142,7 @@ def certificates_of(
         )
     units: dict[str, list[CollectedResult]] = {}
     for each in found:
-        _check(each.result)
+        _check(each.result, is_on_record=each.is_on_record)
         units.setdefault(each.result.calibration.serial, []).append(each)
     return [
         _certificate(serial, _ordered(serial, own), stated, day, supersedes) for serial, own in units.items()
@@ -144,12 +154,13 @@ def _known(stated: Statement, found: Sequence[CollectedResult], name: str) -> bo
     return bool(getattr(stated, name)) or (name == "customer" and all(each.owner for each in found))
 
 
-def _check(result: Result) -> None:
+def _check(result: Result, *, is_on_record: bool = False) -> None:
     """Raise `TumbleError` where a result holds too little for a certificate, or nothing to certify."""
     run, calibration = result.run, result.calibration
     about = f"{result.source}: no certificate"
     if not all(each.operator for each in runs_of(result.content)):
-        raise TumbleError(f"{about}: the result states no operator; calibrate again with --operator NAME")
+        remedy = "calibrate a new recording" if is_on_record else "calibrate again"
+        raise TumbleError(f"{about}: the result states no operator; {remedy} with --operator NAME")
     if not calibration.serial:
         raise TumbleError(
             f"{about}: the result states no serial, so the unit cannot be told from others; give --serial"

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, XmlElement
@@ -321,10 +322,10 @@ def _place(label: str) -> int:
 
 
 def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise _MissingPartError(f"{text[:20]!r} is no number") from None
+    number = number_of(text)
+    if number is None:
+        raise _MissingPartError(f"{text[:20]!r} is no number")
+    return number
 
 
 def _unit(written: str) -> str:

@@ -20,6 +20,7 @@ from tumble.foundation.file_reading import bounded_lines
 from tumble.foundation.file_status import exists, is_file, is_special
 from tumble.foundation.files import PAGE, FileKind, append_line, move_into, replacing
 from tumble.foundation.provenance import sha256_of
+from tumble.foundation.regular_files import open_regular
 from tumble.procedures.turntable.record import TargetRecord
 
 _ATTEMPTS_KIND = FileKind("a batch of tumble turntable", re.compile(rb""))
@@ -79,14 +80,14 @@ class Batch:
         """Reads the last attempt at each target, one after another."""
         if not self.last:
             return
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             for attempt in list(self.last.values()):
                 file.seek(attempt.place)
                 yield TargetRecord.from_line(file.readline(LONGEST_LINE))
 
     def record(self, name: str) -> TargetRecord:
         """Reads the last attempt at one target."""
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             file.seek(self.last[name].place)
             return TargetRecord.from_line(file.readline(LONGEST_LINE))
 
@@ -151,7 +152,7 @@ class Batch:
         if not self.lost_lines:
             return
         with (
-            self.path.open("rb") as old,
+            open_regular(self.path) as old,
             replacing(self.path, _ATTEMPTS_KIND, renews=True, durable=True) as new,
         ):
             for number, (_, line) in enumerate(bounded_lines(old, LONGEST_LINE), start=1):
@@ -167,7 +168,7 @@ class Batch:
         if is_special(self.path):
             raise OutputError(f"{self.path}: is a device or a pipe, and no batch; choose another folder")
         try:
-            with self.path.open("rb") as file:
+            with open_regular(self.path) as file:
                 for number, (place, line) in enumerate(bounded_lines(file, LONGEST_LINE), start=1):
                     try:
                         if line is None or line.strip():

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TypeAlias
 
@@ -16,6 +17,7 @@ from tumble.foundation.file_status import entries, exists, is_file, is_folder, i
 from tumble.foundation.files import note_input
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.foundation.numbers import whole_number
+from tumble.foundation.regular_files import open_regular
 from tumble.logs import open_recording, parse_spec
 from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.options import ReadOptions
@@ -166,7 +168,7 @@ def _manifest_columns(path: Path) -> list[str]:
     """Columns of a list of logs; none where the file is a log itself, which has no column `file`."""
     if is_special(path):
         return []
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         line = file.read(_MANIFEST_HEAD).partition(b"\n")[0]
     try:
         names = next(csv.reader([line.decode("utf-8-sig").rstrip("\r")], delimiter=_delimiter(line)), [])
@@ -184,7 +186,7 @@ def _listed(path: Path, columns: Sequence[str]) -> Iterator[TargetLog]:
     note_input(path)
     names = [name.casefold() if name.casefold() in _OWN_COLUMNS else name for name in columns]
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        with TextIOWrapper(open_regular(path), encoding="utf-8-sig", newline="") as file:
             rows = csv.reader(file, delimiter=_mark(path))
             next(rows)
             for row in rows:
@@ -198,7 +200,7 @@ def _listed(path: Path, columns: Sequence[str]) -> Iterator[TargetLog]:
 
 
 def _mark(path: Path) -> str:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return _delimiter(file.readline(_MANIFEST_HEAD))
 
 

@@ -18,6 +18,7 @@ from tumble.foundation.errors import CalibrationFileError, TumbleError
 from tumble.foundation.file_reading import read_text_whole
 from tumble.foundation.file_status import entries, is_file, is_folder, working_folder
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.regular_files import open_regular
 from tumble.foundation.schemas import CALIBRATION, schema_in
 from tumble.foundation.units import TRIADS, Triad
 from tumble.logs import LogSpec, parse_spec
@@ -112,7 +113,7 @@ def is_result(path: Path) -> bool:
     """Returns whether a file is a calibration file or the JSON of a result, by its head."""
     if path.suffix.lower() not in _ENDINGS or not is_file(path):
         return False
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_HEAD)
     if schema_in(head) is CALIBRATION:
         return True
