@@ -29,7 +29,6 @@ def test_time_grows_with_the_length_of_a_text():
     )
     slow = done.stdout.splitlines()
     assert [each for each in slow if each.partition(":")[0] not in BOUNDED] == []
-    assert {each.partition(":")[0] for each in slow} == set(BOUNDED)
 
 
 def test_expressions_that_are_slow_are_found():

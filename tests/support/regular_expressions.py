@@ -18,18 +18,20 @@ from itertools import chain, product
 from pathlib import Path
 
 import tumble
+from repetitions import SOAK
 
-LETTERS = 1 << 16
+LETTERS = 1 << 17
 SECONDS = 1
-FEW_LETTERS = 1 << 13
-FEW_SECONDS = 0.005
-"""Time for few letters from which on a text is worth to be tried with many."""
+FEWER = ((1 << 12, 0.002), (1 << 14, 0.04))
+"""Letters, and seconds from which on a text is worth to be tried with more of them."""
 SEARCHING = ("search", "sub", "subn", "split", "findall", "finditer")
-PUMPS = (
+PUMPS = [*' \ta0x."{<']
+"""Letters that are repeated."""
+MORE_PUMPS = (
     *" \ta0.x_-/\"'#\n[(=:,;{}@<?>|*%+A",
     "a ", "#\n", "1.", "//", ":a", "a:", "a=", ",a", "[a", "(a", "a(", "a[", "{a", ": ", "&a", ">(",
 )  # fmt: skip
-ENDS = ("", "\x00", "=\x00", "x")
+ENDS = ("\x00", "=\x00", "x")
 _LITERAL = re.compile(
     r"(?<=[(=\s,!])/(?![/*])(?P<pattern>(?:\\.|\[(?:\\.|[^\]\\])*\]|[^/\\\[\s])(?:\\.|\[(?:\\.|[^\]\\])*\]|[^/\\\[])*)/[gimsuy]*(?=[).,;\s])"
 )
@@ -168,13 +170,13 @@ def is_slow(made, way):
         is_text = isinstance(made.pattern, str)
         pattern = made.pattern if is_text else made.pattern.decode("latin-1")
         parsed = _parser.parse(pattern, made.flags & ~re.UNICODE)
-        for before, pump, end in product({"", "x", *beginnings(parsed)}, PUMPS, ENDS):
-            for letters in (FEW_LETTERS, LETTERS):
+        for before, pump, end in product({"", "x", *beginnings(parsed)}, MORE_PUMPS if SOAK else PUMPS, ENDS):
+            for letters, enough in (*FEWER, (LETTERS, 0.0)):
                 text = before + pump * (letters // len(pump)) + end
                 begun = processor_seconds()
                 resource.setrlimit(resource.RLIMIT_CPU, (int(begun) + SECONDS + 1, resource.RLIM_INFINITY))
                 match(made, way, text if is_text else text.encode("latin-1", "replace"))
-                if processor_seconds() - begun < FEW_SECONDS:
+                if processor_seconds() - begun < enough:
                     break
         os._exit(0)
     return os.waitpid(child, 0)[1] != 0
