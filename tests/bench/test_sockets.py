@@ -57,7 +57,8 @@ def serving(folder, *options):
     try:
         yield bench
     finally:
-        assert "Traceback" not in bench.end()
+        printed = bench.end()
+        assert "Traceback" not in printed, printed
         assert bench.process.returncode == 130
 
 

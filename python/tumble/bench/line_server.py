@@ -8,7 +8,8 @@ from typing import Any
 
 import uvicorn
 
-from tumble.bench.gate import LARGEST_BODY, LARGEST_MESSAGE
+from tumble.bench.browser_socket import BrowserSocket
+from tumble.bench.gate import LARGEST_MESSAGE
 from tumble.bench.line import BrowserLine, Lines
 
 
@@ -25,9 +26,8 @@ class LineServer(uvicorn.Server):
                 application,
                 log_level="error",
                 log_config=None,
-                ws="websockets-sansio",
+                ws=BrowserSocket,
                 ws_max_size=LARGEST_MESSAGE,
-                h11_max_incomplete_event_size=LARGEST_BODY,
                 server_header=False,
                 **more,
             )

@@ -15,6 +15,7 @@ from urllib.parse import parse_qs
 
 from nicegui import core
 from nicegui.client import Client
+from socketio import packet  # type: ignore[import-untyped]
 from socketio.exceptions import ConnectionRefusedError as Refusal  # type: ignore[import-untyped]
 
 from tumble.bench.access import Browser
@@ -64,8 +65,20 @@ class _CountedFailures(logging.Handler):
             _log.debug("%s: %s", record.name, record.getMessage())
 
 
+class TextPacket(packet.Packet):  # type: ignore[misc]
+    """Packet of Socket.IO that takes no attachments: the server would keep as many as are announced."""
+
+    def decode(self, encoded_packet: object) -> None:
+        """Reads a packet of one text; raises `ValueError` for any other, which no page sends."""
+        if not isinstance(encoded_packet, str) or super().decode(encoded_packet):
+            raise ValueError("attachment")
+        if self.packet_type in (packet.BINARY_EVENT, packet.BINARY_ACK):
+            raise ValueError("packet with attachments")
+
+
 def guard_messages(dropped: Dropped) -> None:
     """Has each message checked before NiceGUI takes it, and failures counted; once a process."""
+    core.sio.packet_class = TextPacket
     handlers: dict[str, Handler] = core.sio.handlers["/"]
     for name, handler in handlers.items():
         if name not in _UNCHECKED:

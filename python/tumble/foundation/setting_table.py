@@ -19,6 +19,8 @@ LARGEST_COUNT = 2**32 - 1
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _KNOWN_ERROR = r"(?:(?:factory|last)\s*\+|last\s*\*)\s*"
+_LONGEST_THRESHOLD = 100
+"""Letters; the time of the next pattern grows with the square of them."""
 _THRESHOLD = re.compile(rf"\s*(?P<error>{_KNOWN_ERROR})?(?P<number>{_NUMBER})\s*")
 
 
@@ -26,7 +28,8 @@ def _threshold(value: object) -> object:
     """Reads `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`; returns it without spaces."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value
-    match = _THRESHOLD.fullmatch(str(value))
+    text = str(value)
+    match = _THRESHOLD.fullmatch(text) if len(text) <= _LONGEST_THRESHOLD else None
     smallest = 1.0 if match and "*" in (match["error"] or "") else 0.0
     if match is None or not smallest < float(match["number"]) <= LARGEST:
         raise ValueError(

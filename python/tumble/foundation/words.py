@@ -17,7 +17,7 @@ _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029
 that change the direction of the following text (https://www.unicode.org/reports/tr9/, section 2)."""
 _OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 """Begin what spreadsheets compute, or lead up to it."""
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
+_NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
 """Units in which lengths of time are shown, s."""
 

@@ -302,13 +302,18 @@ _NAMES_TO_REMEMBER = 1024
 """Devices send the names of their columns again and again, when samples have no time to wait for them."""
 
 
+def _bracketed(name: str) -> re.Match[str] | None:
+    """Reads a name with brackets behind it; None where there are none, or the name is too long to be ours."""
+    return _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
+
+
 @lru_cache(_NAMES_TO_REMEMBER)
 def recognise(name: str) -> Column | None:
     """Reads the name of a column; None if it is none of ours."""
     if len(name) > _LONGEST_NAME:  # The patterns take time that grows with the square of it.
         return None
     name = _seen(name)
-    bracketed = _BRACKETS.match(name)
+    bracketed = _bracketed(name)
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
     if bracket is not None:
         bracket = _DESCRIPTORS.get(bracket.lower(), bracket)
@@ -480,7 +485,7 @@ def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
 
 def _unit_behind(name: str | None, quantity: Quantity) -> StatedUnit | None:
     """Returns the unit in brackets behind the name of a column that a user states to be of a quantity."""
-    bracketed = _BRACKETS.match(_seen(name)) if name else None
+    bracketed = _bracketed(_seen(name)) if name else None
     unit = find_unit(bracketed["unit"], quantity) if bracketed else None
     return StatedUnit(unit, COLUMN_NAME) if unit else None
 
@@ -629,9 +634,7 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
             raise LogError(f"--columns {key}={wanted}: {key} is none of {', '.join(COLUMN_KEYS)}")
         if wanted in names:
             stated[key] = wanted
-        elif named := [
-            name for name in names if (found := _BRACKETS.match(name)) and found["name"] == wanted
-        ]:
+        elif named := [name for name in names if (found := _bracketed(name)) and found["name"] == wanted]:
             stated[key] = named[0]
         elif 1 <= (number := whole_number(wanted) or 0) <= len(names):
             stated[key] = names[number - 1]

@@ -32,7 +32,7 @@ from tumble.logs.units import find_unit
 
 _HEAD_LINES = 400
 _LONGEST_LINE = 1000
-_NUMBER = re.compile(r"(?<![\w.^/])[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w^])")
+_NUMBER = re.compile(r"(?<![\w.^/])[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w^])")
 _BETWEEN = re.compile(f"({_NUMBER.pattern})")
 """Splits a line into words, of which every second one is a number."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d\d):(\d\d(?:\.\d+)?)\s*->\s?")

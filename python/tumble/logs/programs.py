@@ -21,7 +21,6 @@ from tumble.logs.units import Quantity, find_unit
 from tumble.logs.unread_columns import listed
 
 _HEADERS_BYTES = 1 << 16
-_NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,13 +171,18 @@ def _is_known(name: str) -> bool:
 
 
 def _stem(name: str) -> str:
-    match = _NAME.fullmatch(name)
-    return match["stem"] if match else name
+    return _parted(name)[0]
 
 
 def _unit_in(name: str) -> str:
-    match = _NAME.fullmatch(name)
-    return (match["unit"] or "") if match else ""
+    return _parted(name)[1]
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Returns a name without the brackets behind it, and what stands in them."""
+    stem, bracket, unit = name.rpartition("(")
+    is_unit = bracket and unit.endswith(")") and ")" not in unit[:-1]
+    return (stem.rstrip(), unit[:-1]) if is_unit else (name.rstrip(), "")
 
 
 def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: TextLayout) -> ImuColumns:

@@ -47,6 +47,9 @@ _NOT_TEXT = bytes(set(range(32)) - set(b"\t\n\r\f"))
 _FEW_BYTES = 4
 """Bytes that a serial line garbles in a short log, which is text all the same."""
 _ROWS_COMPARED = 25
+_SIGNS = (",", ";", ":", "=")
+_SIGN = re.compile("[,;:=\t]")
+_CELLS = re.compile("[,;=\t]")
 _TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 
 
@@ -202,11 +205,16 @@ def _is_number(text: str, decimal_point: str = ".") -> bool:
 
 
 def _key_value(text: str) -> dict[str, str]:
+    """Returns the value of a line `key, value` by its key; nothing of any other line."""
+    first = _SIGN.search(text)
+    if first is None:
+        return {}
+    key, rest = text[: first.start()].strip().lower(), text[first.start() :].lstrip()
+    sign, value = (rest[0], rest[1:]) if rest[:1] in _SIGNS else ("\t", rest)
     # A colon and a blank introduce one value, as Tumble writes it; other signs part cells of a table.
-    match = re.fullmatch(r"\s*([^,;:=\t]+?)\s*:\s+(\S.*?)\s*[,;]*", text) or re.fullmatch(
-        r"\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*", text
-    )
-    return {match[1].lower(): match[2]} if match else {}
+    is_one = sign == ":" and value[:1].isspace()
+    value = value.strip().rstrip(",;").rstrip()
+    return {key: value} if key and value and (is_one or not _CELLS.search(value)) else {}
 
 
 def _named(
@@ -301,11 +309,13 @@ def _row_delimiter(row: str, columns: int) -> str:
 
 
 def _refuse_repeated(path: Path, number: int, names: list[str], sought: SoughtTable) -> None:
+    met: set[str] = set()
     for position, name in enumerate(names):
-        if name in names[:position]:
+        if name in met:
             if recognise(name) is not None or sought.is_known(name):
                 raise LogError(f"{path}: line {number} names column {name!r} twice; rename one of them")
             names[position] = f"{name}#{position + 1}"
+        met.add(names[position])
 
 
 def _unnamed(

@@ -19,8 +19,9 @@ const [JUDGED, PATIENCE] = [600, 1500];
 const LONGEST_LINE = 2000;
 /** s between lines that arrive together. */
 const APART = 1e-5;
-const NUMBER = /[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?/g;
-const LABELLED = /([A-Za-z_][\w ]*?)\s*[:=]\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)/g;
+const NUMBER = /[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?/g;
+/** Name, sign and value; names and blanks have a longest length, as each letter may begin a name. */
+const LABELLED = /([A-Za-z_][\w ]{0,39}?)\s{0,3}[:=]\s{0,3}([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)/g;
 
 export function hasSerial(): boolean {
   return 'serial' in navigator;
@@ -121,7 +122,8 @@ export class SerialSource {
     const lines = (this.text + piece).split(/\r?\n/);
     this.text = lines.pop()!.slice(-LONGEST_LINE);
     const arrived = this.now();
-    for (const line of lines) {
+    for (const whole of lines) {
+      const line = whole.slice(-LONGEST_LINE);
       // Lines that arrive together have times of their own, so that each is a row.
       this.arrived = Math.max(arrived, this.arrived + APART);
       this.takeLine(line, this.arrived);
@@ -159,6 +161,6 @@ export class SerialSource {
 
 /** Tests whether most of a text are lines of numbers. */
 function isText(heard: string): boolean {
-  const lines = heard.split(/\r?\n/).slice(1, -1).filter((line) => line.trim());
+  const lines = heard.split(/\r?\n/).slice(1, -1).map((line) => line.slice(-LONGEST_LINE)).filter((line) => line.trim());
   return lines.length >= 2 && 2 * lines.filter((line) => valuesOf(line)).length > lines.length;
 }

@@ -78,10 +78,10 @@ export function splitLine(line: string, delimiter: string): string[] {
 }
 
 function unquoted(field: string): string {
-  return field.replaceAll(/^"+|"+$/g, '');
+  return withoutEnd(field.replace(/^"+/, ''), '"');
 }
 
-const NUMBER = /^\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*$/;
+const NUMBER = /^\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?\s*$/;
 
 /** Reads a number, with sign, fraction and exponent, or `nan` or `inf`; nothing for all else. */
 export function numberOf(text: string, decimalPoint = '.'): number | undefined {
@@ -148,10 +148,24 @@ function isNumber(text: string, decimalPoint = '.'): boolean {
   return text === '' || numberOf(text, decimalPoint) !== undefined;
 }
 
+/** Returns key and value of a line `key, value`; two empty texts of any other line. */
 function keyValue(text: string): [string, string] {
-  const found =
-    /^\s*([^,;:=\t]+?)\s*:\s+(\S.*?)\s*[,;]*$/.exec(text) ?? /^\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*$/.exec(text);
-  return found ? [found[1].toLowerCase(), found[2]] : ['', ''];
+  const first = text.search(/[,;:=\t]/);
+  if (first < 0) return ['', ''];
+  const key = text.slice(0, first).trim().toLowerCase();
+  const rest = text.slice(first).trimStart();
+  const [sign, behind] = /^[,;:=]/.test(rest) ? [rest[0], rest.slice(1)] : ['\t', rest];
+  // A colon and a blank introduce one value, as Tumble writes it; other signs part cells of a table.
+  const isOne = sign === ':' && /^\s/.test(behind);
+  const value = withoutEnd(behind.trim(), ',;').trimEnd();
+  return key && value && (isOne || !/[,;=\t]/.test(value)) ? [key, value] : ['', ''];
+}
+
+/** Cuts signs off the end of a text. A regular expression would try each run of them up to its end. */
+function withoutEnd(text: string, signs: string): string {
+  let end = text.length;
+  while (end > 0 && signs.includes(text[end - 1])) end -= 1;
+  return text.slice(0, end);
 }
 
 function named(file: string, log: LogText, number: number, names: string[], preamble: Map<string, string>): TextLayout {
@@ -222,8 +236,12 @@ function rowDelimiter(row: string, columns: number): string {
 }
 
 function refuseRepeated(file: string, number: number, names: string[]): string[] {
+  const met = new Set<string>();
   return names.map((name, place) => {
-    if (!names.slice(0, place).includes(name)) return name;
+    if (!met.has(name)) {
+      met.add(name);
+      return name;
+    }
     if (recognise(name)) throw new Failure(`${file}: line ${number} names column '${name}' twice; rename one of them`);
     return `${name}#${place + 1}`;
   });

@@ -121,8 +121,7 @@ export class App {
     if (chosen.length === 0) return;
     try {
       if (chosen.length > 2) throw new Failure(`${chosen.length} files: give one log, or one file for each of its two sensors`);
-      const large = chosen.find((file) => file.size > LARGEST_LOG);
-      if (large) throw new Failure(`${large.name}: is larger than ${LARGEST_LOG >> 20} MiB; give a part of it, or use the tumble command`);
+      for (const file of chosen) if (file.size > LARGEST_LOG) throw tooLarge(file);
       this.show(await Promise.all(chosen.map(async (file) => ({ name: file.name, bytes: await unpacked(file) }))));
     } catch (error) {
       this.refuse(error);
@@ -191,14 +190,27 @@ function knownColumns(names: string[], file: string): Partial<Record<Channel, st
   }
 }
 
-/** Returns the bytes of a file, unpacked where gzip packed it. */
+/** Returns the bytes of a file, unpacked where gzip packed it, as far as a log may be long. */
 async function unpacked(file: File): Promise<Uint8Array> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   if (bytes[0] !== 0x1f || bytes[1] !== 0x8b) return bytes;
-  try {
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
-  } catch {
-    throw new Failure(`${file.name}: the gzip file is damaged or cut short; copy it again`);
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip')).getReader();
+  const pieces: Uint8Array<ArrayBuffer>[] = [];
+  let length = 0;
+  for (;;) {
+    const piece = await reader.read().catch(() => {
+      throw new Failure(`${file.name}: the gzip file is damaged or cut short; copy it again`);
+    });
+    if (piece.done) return new Uint8Array(await new Blob(pieces).arrayBuffer());
+    pieces.push(piece.value);
+    length += piece.value.length;
+    if (length > LARGEST_LOG) {
+      await reader.cancel();
+      throw tooLarge(file);
+    }
   }
+}
+
+function tooLarge(file: File): Failure {
+  return new Failure(`${file.name}: is larger than ${LARGEST_LOG >> 20} MiB; give a part of it, or use the tumble command`);
 }

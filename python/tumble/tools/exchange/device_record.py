@@ -139,7 +139,8 @@ def read_hexadecimal(text: str) -> list[Content]:
 
 def read_c(text: str) -> list[Content]:
     """Reads records in arrays of C."""
-    arrays = re.findall(r"\{([^}]*)\}", text)
+    ended = text.split("}")[:-1]
+    arrays = [each.partition("{")[2] for each in ended if "{" in each]
     try:
         return _units([bytes(int(word, 0) for word in array.replace(",", " ").split()) for array in arrays])
     except ValueError:

@@ -22,7 +22,7 @@ SCHEMA: Literal["tumble-table-profile/1"] = "tumble-table-profile/1"
 
 FIELD = re.compile(r"\{(?P<name>[a-z]*)(?::(?P<sign>\+?)(?P<digits>\d?))?\}")
 """`{angle}`, `{angle:3}` with three digits after the point, `{angle:+3}` with its sign always."""
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 PER_AXIS = "{axis}"
 """Field of a command that is sent once for each axis."""
 FORMS = {"axis": r"\S*?", "status": r"(?:0[xX]|#[hH])?[0-9A-Fa-f]+"}
