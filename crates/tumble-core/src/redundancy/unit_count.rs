@@ -18,18 +18,25 @@ pub trait UnitCount {
     /// Entries of all pairs, in the order of `pairs`.
     type OfPairs<X: TableEntry>: AsRef<[X]> + AsMut<[X]> + TableEntry;
 
+    /// One entry for sets of three units and more, of which a majority can be right; none for two.
+    type OfMajority<X: TableEntry>: AsRef<[X]> + AsMut<[X]> + TableEntry;
+
     /// Creates a table of equal entries, of secondaries.
     fn filled<X: TableEntry>(entry: X) -> Self::OfSecondaries<X>;
 
     /// Creates a table of equal entries, of pairs.
     fn filled_pairs<X: TableEntry>(entry: X) -> Self::OfPairs<X>;
+
+    /// Creates the entry of sets with a majority.
+    fn filled_majority<X: TableEntry>(entry: impl Fn() -> X) -> Self::OfMajority<X>;
 }
 
 macro_rules! unit_counts {
-    ($($units:literal, $secondaries:literal, $pairs:literal;)*) => {$(
+    ($($units:literal, $secondaries:literal, $pairs:literal, $majority:literal;)*) => {$(
         impl UnitCount for Units<$units> {
             type OfSecondaries<X: TableEntry> = [X; $secondaries];
             type OfPairs<X: TableEntry> = [X; $pairs];
+            type OfMajority<X: TableEntry> = [X; $majority];
 
             fn filled<X: TableEntry>(entry: X) -> [X; $secondaries] {
                 [entry; $secondaries]
@@ -38,8 +45,12 @@ macro_rules! unit_counts {
             fn filled_pairs<X: TableEntry>(entry: X) -> [X; $pairs] {
                 [entry; $pairs]
             }
+
+            fn filled_majority<X: TableEntry>(entry: impl Fn() -> X) -> [X; $majority] {
+                core::array::from_fn(|_| entry())
+            }
         }
     )*};
 }
 
-unit_counts!(2, 1, 1; 3, 2, 3; 4, 3, 6; 5, 4, 10; 6, 5, 15; 7, 6, 21; 8, 7, 28;);
+unit_counts!(2, 1, 1, 0; 3, 2, 3, 1; 4, 3, 6, 1; 5, 4, 10, 1; 6, 5, 15, 1; 7, 6, 21, 1; 8, 7, 28, 1;);

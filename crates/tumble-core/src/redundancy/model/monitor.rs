@@ -11,7 +11,7 @@ use super::table::{
     AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
     SYNCHRONISED, WAIT,
 };
-use super::test::{MotionMeans, PairComparison, PairFinding, PairTest, TestConditions, Timing};
+use super::test::{Finding, MotionMeans, PairComparison, PairTest, TestConditions, Timing};
 use super::vibration::{self, Vibration};
 use super::vote::{Named, Vote};
 use super::window::{UnitWindow, UnitWindows};
@@ -31,8 +31,8 @@ crate::vocabulary! {
         Unhealthy {
             /// Reason.
             reason: Reason,
-            /// The finding, where others show it.
-            finding: Option<PairFinding<T>>,
+            /// The deviation that shows it, where there is one.
+            finding: Option<Finding<T>>,
         } = "unhealthy",
         /// A unit counts again.
         Healthy = "healthy",
@@ -41,7 +41,7 @@ crate::vocabulary! {
             /// The other unit.
             other: usize,
             /// The finding that shows it.
-            finding: PairFinding<T>,
+            finding: Finding<T>,
         } = "disagree",
         /// All units agree again.
         Agree = "agree",
@@ -121,6 +121,12 @@ where
     source: Option<Option<u8>>,
     /// True if the clocks of secondaries are those of the units, and not the primary's.
     finds_delays: bool,
+    /// True if it decides between the last two units that count, at rest.
+    decides_between_two: bool,
+    /// Units that others found at fault, or that send nothing of use.
+    left_out: UnitSet,
+    /// Units of pairs that disagreed in the latest window.
+    disputed: UnitSet,
     /// Time of the newest sample of any unit.
     newest: Option<u64>,
     /// Number of the first window, and of those since.
@@ -174,10 +180,108 @@ where
             disputed_last: OptionalTime::NONE,
             source: None,
             finds_delays,
+            decides_between_two: true,
+            left_out: UnitSet::default(),
+            disputed: UnitSet::default(),
             newest: None,
             first: 0,
             so_far: None,
         }
+    }
+
+    /// Leaves the decision between the last two units that count to others.
+    #[must_use]
+    pub fn of_majority(self) -> Self {
+        Self {
+            decides_between_two: false,
+            ..self
+        }
+    }
+
+    /// Begins anew, in place.
+    pub fn reset(&mut self) {
+        self.restart_time();
+        for errors in self.errors.as_mut() {
+            *errors = SecondaryErrors::uncalibrated();
+        }
+        for pair in self.pairs.as_mut() {
+            pair.test = PairTest::new();
+        }
+        self.bounds = Bounds::default();
+        self.voted_out = UnitSet::default();
+        self.beyond = UnitSet::default();
+        self.left_out = UnitSet::default();
+        self.has_learnt = false;
+        self.source = None;
+    }
+
+    /// Forgets all windows after a jump of the time of the set; errors, noise and decisions stay.
+    pub fn restart_time(&mut self) {
+        for unit in &mut self.units {
+            unit.windows = UnitWindows::new();
+            unit.vibration = Vibration::new();
+            unit.own = Own::new();
+            unit.rest = UnitRest::new();
+            unit.clock = Clock::new();
+            (unit.own_until, unit.agreed_since) = (0, 0);
+        }
+        for pair in self.pairs.as_mut() {
+            pair.test.forget();
+            pair.disputing = 0;
+        }
+        self.motion = MotionMeans::new();
+        self.vote = Vote::new();
+        self.gathering = Gathering::new();
+        self.waiting = None;
+        self.disputed_since = OptionalTime::NONE;
+        self.disputed_last = OptionalTime::NONE;
+        self.disputed = UnitSet::default();
+        (self.newest, self.first, self.so_far) = (None, 0, None);
+    }
+
+    /// Number of windows so far.
+    pub fn windows(&self) -> u32 {
+        self.so_far.unwrap_or(0)
+    }
+
+    /// Units that count, once the set has been compared for long enough to name one; none before.
+    pub fn sound(&self) -> UnitSet {
+        let windows = u64::from(self.windows());
+        let now = (self.first + windows).saturating_mul(HOP);
+        if windows.saturating_mul(HOP) < self.begins() {
+            return UnitSet::default();
+        }
+        self.active(now)
+    }
+
+    /// Units of pairs that disagreed in the latest window.
+    pub fn disputed(&self) -> UnitSet {
+        self.disputed
+    }
+
+    /// Leaves out units that others found at fault, or that send nothing of use, and no others.
+    pub fn leave_out(&mut self, units: UnitSet) {
+        self.left_out = units;
+    }
+
+    /// Takes a unit for wrong that others named, until it has agreed with the rest for a while.
+    pub fn exclude(&mut self, unit: usize) {
+        self.voted_out.insert(unit);
+        let now = (self.first + u64::from(self.windows())).saturating_mul(HOP);
+        if let Some(unit) = self.units.get_mut(unit) {
+            unit.agreed_since = now;
+        }
+    }
+
+    /// Lets a unit count again that was wrong.
+    pub fn readmit(&mut self, unit: usize) {
+        self.voted_out.remove(unit);
+        self.beyond.remove(unit);
+    }
+
+    /// us after the first window until units are compared.
+    fn begins(&self) -> u64 {
+        if self.finds_delays { SYNCHRONISED } else { BEGINS }
     }
 
     /// States the errors of a secondary, numbered from 1, before its first sample.
@@ -263,8 +367,7 @@ where
         }
         self.take_delays(number, index, &windows);
         let is_rest = self.take_rest(&windows);
-        let begins = if self.finds_delays { SYNCHRONISED } else { BEGINS };
-        let has_begun = now.saturating_sub(self.first.saturating_mul(HOP)) >= begins;
+        let has_begun = now.saturating_sub(self.first.saturating_mul(HOP)) >= self.begins();
         if has_begun {
             self.look_at_own(now, number, (&windows, &motion), is_rest, report);
         }
@@ -279,8 +382,11 @@ where
         let (worst, named) = self.compare(&at);
         if has_begun {
             self.look_at_vote(&at, named, report);
-            self.look_at_dispute(&at, &worst, report);
-            self.look_at_rest(&at, report);
+            if self.decides_between_two {
+                self.look_at_dispute(&at, &worst, report);
+                self.look_at_rest(&at, report);
+            }
+            self.disputed = disputed(&at, &worst);
             self.reinstate(&at, &worst, report);
         }
         self.select(now, report);
@@ -320,7 +426,9 @@ where
 
     fn active(&self, now: u64) -> UnitSet {
         let is_so = |unit: usize| self.units.get(unit).is_some_and(|unit| now >= unit.own_until);
-        UnitSet::of::<UNITS>(is_so).without(self.voted_out)
+        UnitSet::of::<UNITS>(is_so)
+            .without(self.voted_out)
+            .without(self.left_out)
     }
 
     /// Names units by what their own samples show.
@@ -351,14 +459,14 @@ where
             windows_so_far: number.saturating_add(1),
         };
         for (number, unit) in self.units.iter_mut().enumerate() {
-            for reason in unit
+            for (reason, finding) in unit
                 .own
                 .faults(number, &unit.vibration, &others)
                 .into_iter()
                 .flatten()
             {
                 if now >= unit.own_until && !self.voted_out.contains(number) {
-                    report(&unhealthy(now, number, reason));
+                    report(&unhealthy(now, number, reason, finding));
                 }
                 unit.own_until = now.saturating_add(returns);
             }
@@ -369,10 +477,7 @@ where
     fn compare(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-    ) -> (
-        <Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
-        Option<Named<T>>,
-    ) {
+    ) -> (<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>, Option<Named<T>>) {
         let is_active = core::array::from_fn(|unit| at.active.contains(unit));
         let shaking = vibration::of_set(self.units.each_ref().map(|unit| &unit.vibration), &is_active);
         let some = at.windows.iter().any(|window| window.is_whole);
@@ -395,7 +500,7 @@ where
             ratio: [T::zero(); 2],
         };
         let mut compared = <Units<UNITS> as UnitCount>::filled_pairs(none);
-        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(PairFinding::none());
+        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(Finding::none());
         let mut named = None;
         for (scale, shaking) in shaking.into_iter().enumerate() {
             let (motion, bends) = self.motion.over(scale);
@@ -414,8 +519,12 @@ where
                     (variances.get(i), variances.get(j), timing.get(i), timing.get(j))
                 {
                     *found = pair.test.compare(&conditions, [first, second], [one, other]);
-                    for (sensor, ratio) in SENSORS.into_iter().zip(found.ratio) {
-                        *worst = worst.or(PairFinding::of(ratio, sensor, scale));
+                    for (sensor, (ratio, deviation)) in
+                        SENSORS.into_iter().zip(found.ratio.iter().zip(&found.deviation))
+                    {
+                        if *ratio > worst.ratio {
+                            *worst = Finding::of(*ratio, deviation, sensor, scale);
+                        }
                     }
                 }
             }
@@ -478,11 +587,12 @@ where
             && at.active.count() > 2
         {
             self.voted_out.insert(named.unit);
-            let kind = SetEventKind::Unhealthy {
-                reason: Reason::OutOfFamily,
-                finding: Some(named.finding),
-            };
-            report(&event(at.now, named.unit, kind));
+            report(&unhealthy(
+                at.now,
+                named.unit,
+                Reason::OutOfFamily,
+                Some(named.finding),
+            ));
         }
     }
 
@@ -490,7 +600,7 @@ where
     fn look_at_dispute(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let mut largest = T::zero();
@@ -551,7 +661,7 @@ where
         let [_, most, decided] = EVIDENCE.map(real::<T>);
         if of(wrong) - of(sound) > decided && of(sound) < most {
             self.voted_out.insert(wrong);
-            report(&unhealthy(at.now, wrong, Reason::Rest));
+            report(&unhealthy(at.now, wrong, Reason::Rest, None));
         }
     }
 
@@ -559,7 +669,7 @@ where
     fn reinstate(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let sound = self.active(at.now);
@@ -609,7 +719,7 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         number: u32,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let judged = pairs::<UNITS>().zip(worst.as_ref());
@@ -715,12 +825,29 @@ where
             variance: variances[unit],
         });
         let is_active = core::array::from_fn(|unit| active.contains(unit));
-        if let Some(unit) = self.bounds.take(&errors, &is_active, is_rest) {
+        if let Some((unit, finding)) = self.bounds.take(&errors, &is_active, is_rest) {
             self.voted_out.insert(unit);
             self.beyond.insert(unit);
-            report(&unhealthy(now, unit, Reason::OutOfLimits));
+            report(&unhealthy(now, unit, Reason::OutOfLimits, Some(finding)));
         }
     }
+}
+
+/// Units of pairs that count and disagree.
+fn disputed<T: Real, const UNITS: usize>(
+    at: &Evaluated<'_, T, UNITS>,
+    worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
+) -> UnitSet
+where
+    Units<UNITS>: UnitCount,
+{
+    let mut units = UnitSet::default();
+    for (pair, finding) in pairs::<UNITS>().zip(worst.as_ref()) {
+        if finding.ratio > T::one() && at.active.contain_both(pair) {
+            pair.into_iter().for_each(|unit| units.insert(unit));
+        }
+    }
+    units
 }
 
 fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> {
@@ -731,7 +858,6 @@ fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> 
     }
 }
 
-fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason) -> SetEvent<T> {
-    let finding = None;
+fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason, finding: Option<Finding<T>>) -> SetEvent<T> {
     event(time, unit, SetEventKind::Unhealthy { reason, finding })
 }

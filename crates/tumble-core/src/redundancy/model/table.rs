@@ -21,6 +21,8 @@ pub const LOSSY_SCALE: usize = 5;
 pub const FORCE_WINDOWS: u8 = 10;
 /// us for which a window waits for units that are behind: the clocks of flights are up to 98 ms apart.
 pub const WAIT: u64 = 3 * HOP;
+/// us: longest sample interval of a unit that a majority judges: five samples lie under a triangle.
+pub const SLOWEST: u32 = 20_000;
 /// us over which samples are counted, and how often, before the interval is known: half a second.
 pub const COUNTED: (u64, u8) = (SECOND / 4, 2);
 /// Sample interval over the usual one beyond which a window is dropped: a sample is missing.
@@ -46,6 +48,12 @@ pub const UNCALIBRATED: ErrorSigmas = ErrorSigmas {
     matrix: 0.03,
     bias: [0.6, 0.042],
     arm: 0.12,
+};
+/// 1 sigma of the change of stored errors from one flight to the next: flights.
+pub const STORED: ErrorSigmas = ErrorSigmas {
+    matrix: 0.002,
+    bias: [0.04, 0.002],
+    arm: 0.01,
 };
 /// m/s^2 and rad/s by which biases walk in a root second: flights.
 pub const WALK: [f64; 2] = [1e-3, 7e-5];

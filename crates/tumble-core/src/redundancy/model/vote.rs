@@ -1,7 +1,7 @@
 //! Vote of three and more: the unit without which the others agree.
 
 use super::table::{CLEAR, COUNT};
-use super::test::{PairComparison, PairFinding};
+use super::test::{Finding, PairComparison};
 use crate::real::{Real, real};
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::unit_set::pairs;
@@ -25,7 +25,7 @@ pub struct Named<T: Real> {
     /// Number of the unit.
     pub unit: usize,
     /// Largest ratio of its pairs.
-    pub finding: PairFinding<T>,
+    pub finding: Finding<T>,
 }
 
 impl<T: Real> Vote<T> {
@@ -84,7 +84,7 @@ impl<T: Real> Vote<T> {
             {
                 best = Some(Named {
                     unit,
-                    finding: PairFinding::of(worst, which, scale),
+                    finding: Finding::of(worst, &deviation, which, scale),
                 });
             }
             *before = Odd {

@@ -300,7 +300,7 @@ where
         fewest: u64,
         contradicted: UnitSet,
     ) -> bool {
-        if contradicted.count() == 0 || !self.isolator.is_faulty(sensor, 0) {
+        if contradicted.count() == 0 || !self.is_named(sensor, 0) {
             return false;
         }
         let against = |number: usize| {

@@ -3,6 +3,7 @@
 use crate::products::cross;
 use crate::real::{Real, SECOND, seconds, whole_spans};
 use crate::redundancy::health::Surroundings;
+use crate::redundancy::model::monitor::SetMonitor;
 use crate::redundancy::monitor::calibration::CalibrationProgress;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::isolation::is_contested;
@@ -187,11 +188,15 @@ where
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
         let (settings, length) = (platform.settings(), self.window_length(platform));
         let fewest = settings.fewest_pairs(length);
+        let is_disputed = |model: &SetMonitor<T, UNITS>| model.disputed().contains(0);
+        let disputed = self.majority_decides && self.majority.as_ref().iter().any(is_disputed);
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
             let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
-                is_contested(&self.isolator, &self.stored, sensor) || self.isolator.is_doubted(sensor, 0)
+                disputed
+                    || is_contested(&self.isolator, &self.stored, sensor)
+                    || self.isolator.is_doubted(sensor, 0)
             });
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);
