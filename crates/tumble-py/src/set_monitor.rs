@@ -103,7 +103,7 @@ fn told<'py>(py: Python<'py>, event: &SetEvent<f64>, origin: f64) -> PyResult<To
             tell(&figures, &finding)?;
         }
         SetEventKind::Selected { why } => figures.set_item("reason", why.name())?,
-        SetEventKind::Healthy | SetEventKind::Agree => {}
+        SetEventKind::Healthy | SetEventKind::Agree { .. } => {}
     }
     let unit = event.unit.map_or(-1, |unit| unit as i64);
     Ok((in_seconds(event.time) + origin, unit, event.kind.name(), figures))

@@ -74,7 +74,10 @@ fn widened<T: Real>(event: &SetEvent<T>) -> SetEvent<f64> {
             finding: wide_finding(finding),
         },
         SetEventKind::Healthy => SetEventKind::Healthy,
-        SetEventKind::Agree => SetEventKind::Agree,
+        SetEventKind::Agree { other, sensor } => SetEventKind::Agree {
+            other: *other,
+            sensor: *sensor,
+        },
         SetEventKind::Selected { why } => SetEventKind::Selected { why: *why },
     };
     SetEvent {

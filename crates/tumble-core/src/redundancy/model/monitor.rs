@@ -18,7 +18,7 @@ use super::window::{UnitWindow, UnitWindows};
 use crate::real::{Real, real, seconds, whole_spans};
 use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::optional_time::OptionalTime;
-use crate::redundancy::sensor::SENSORS;
+use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 use crate::sample::{CHANNELS, Sample};
@@ -43,8 +43,13 @@ crate::vocabulary! {
             /// The finding that shows it.
             finding: Finding<T>,
         } = "disagree",
-        /// All units agree again.
-        Agree = "agree",
+        /// Two units that disagreed agree again.
+        Agree {
+            /// The other unit.
+            other: usize,
+            /// Sensor by which they disagreed.
+            sensor: Sensor,
+        } = "agree",
         /// The source changed.
         Selected {
             /// Reason.
@@ -116,7 +121,8 @@ where
     voted_out: UnitSet,
     beyond: UnitSet,
     has_learnt: bool,
-    disputed_since: OptionalTime,
+    /// Units that disagree, and the sensor that shows it.
+    dispute: Option<([usize; 2], Sensor)>,
     disputed_last: OptionalTime,
     source: Option<Option<u8>>,
     /// True if the clocks of secondaries are those of the units, and not the primary's.
@@ -176,7 +182,7 @@ where
             voted_out: UnitSet::default(),
             beyond: UnitSet::default(),
             has_learnt: false,
-            disputed_since: OptionalTime::NONE,
+            dispute: None,
             disputed_last: OptionalTime::NONE,
             source: None,
             finds_delays,
@@ -189,13 +195,14 @@ where
         }
     }
 
-    /// Leaves the decision between the last two units that count to others.
-    #[must_use]
-    pub fn of_majority(self) -> Self {
-        Self {
-            decides_between_two: false,
-            ..self
-        }
+    /// Decides between the last two units that count, at rest, or leaves it to others.
+    pub fn decide_between_two(&mut self, decides: bool) {
+        self.decides_between_two = decides;
+    }
+
+    /// Returns whether two units disagree of which none is known to be wrong.
+    pub fn is_disputed(&self) -> bool {
+        self.dispute.is_some()
     }
 
     /// Begins anew, in place.
@@ -233,7 +240,7 @@ where
         self.vote = Vote::new();
         self.gathering = Gathering::new();
         self.waiting = None;
-        self.disputed_since = OptionalTime::NONE;
+        self.dispute = None;
         self.disputed_last = OptionalTime::NONE;
         self.disputed = UnitSet::default();
         (self.newest, self.first, self.so_far) = (None, 0, None);
@@ -479,7 +486,8 @@ where
         at: &Evaluated<'_, T, UNITS>,
     ) -> (<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>, Option<Named<T>>) {
         let is_active = core::array::from_fn(|unit| at.active.contains(unit));
-        let shaking = vibration::of_set(self.units.each_ref().map(|unit| &unit.vibration), &is_active);
+        let vibrations = self.units.each_ref().map(|unit| &unit.vibration);
+        let shaking = vibration::of_set(vibrations, &is_active);
         let some = at.windows.iter().any(|window| window.is_whole);
         self.motion.take(at.motion, some);
         self.take_pairs(at);
@@ -617,8 +625,8 @@ where
             } else {
                 0
             };
-            if pair.disputing == DWELL && at.active.count() <= 2 && self.disputed_since.get().is_none() {
-                self.disputed_since.replace(at.now);
+            if pair.disputing == DWELL && at.active.count() <= 2 && self.dispute.is_none() {
+                self.dispute = Some(([i, j], worst.sensor));
                 let finding = *worst;
                 report(&event(at.now, j, SetEventKind::Disagree { other: i, finding }));
             }
@@ -628,11 +636,10 @@ where
         }
         let [_, settled] = RETURNS;
         let last = self.disputed_last.get();
-        if last.is_none_or(|last| at.now - last > settled) {
-            if self.disputed_since.get().is_some() {
-                report(&event(at.now, 1, SetEventKind::Agree));
-            }
-            self.disputed_since = OptionalTime::NONE;
+        if last.is_none_or(|last| at.now - last > settled)
+            && let Some(([other, unit], sensor)) = self.dispute.take()
+        {
+            report(&event(at.now, unit, SetEventKind::Agree { other, sensor }));
         }
     }
 
@@ -641,7 +648,7 @@ where
         let active = self.active(at.now);
         // A disagreement of motion alone, as of a scale, is none that a rest decides.
         let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= DWELL);
-        if !at.is_rest || !is_lasting || self.disputed_since.get().is_none() || active.count() != 2 {
+        if !at.is_rest || !is_lasting || self.dispute.is_none() || active.count() != 2 {
             return;
         }
         let evidence = self.units.each_ref().map(|unit| unit.rest.evidence());
@@ -661,7 +668,8 @@ where
         let [_, most, decided] = EVIDENCE.map(real::<T>);
         if of(wrong) - of(sound) > decided && of(sound) < most {
             self.voted_out.insert(wrong);
-            report(&unhealthy(at.now, wrong, Reason::Rest, None));
+            let shift = self.units.get(wrong).and_then(|unit| unit.rest.shift());
+            report(&unhealthy(at.now, wrong, Reason::Rest, shift));
         }
     }
 

@@ -109,7 +109,7 @@ impl<T: Real> Own<T> {
         (*waiting, *block) = (*block, [0; REPEATING]);
     }
 
-    /// Faults of one of several units, by reason: late, frozen, noisy, with the scatter, and lossy (docs/theory/set.md,
+    /// Faults of one of several units, by reason: late, frozen, noisy, with the scatter, and lossy, with the share of windows that lack samples (docs/theory/set.md,
     /// section 7).
     pub fn faults<const UNITS: usize>(
         &mut self,
@@ -122,7 +122,7 @@ impl<T: Real> Own<T> {
             at.is_late(unit).then_some((Reason::Late, None)),
             self.is_frozen(unit, at).then_some((Reason::Frozen, None)),
             noise.map(|noise| (Reason::Noisy, Some(noise))),
-            is_lossy(vibration, at.windows_so_far).then_some((Reason::Lossy, None)),
+            loss(vibration, at.windows_so_far).map(|loss| (Reason::Lossy, Some(loss))),
         ]
     }
 
@@ -217,7 +217,17 @@ impl<T: Real, const UNITS: usize> Others<'_, T, UNITS> {
     }
 }
 
-fn is_lossy<T: Real>(vibration: &Vibration<T>, windows: u32) -> bool {
+/// Share of windows that lack samples, if it is too large.
+fn loss<T: Real>(vibration: &Vibration<T>, windows: u32) -> Option<Finding<T>> {
     let scale = SCALES.get(LOSSY_SCALE).copied().unwrap_or(u16::MAX);
-    windows >= 2 * u32::from(scale) && vibration.whole_share(LOSSY_SCALE) < real(WHOLE)
+    let [sensor, _] = SENSORS;
+    let lost = T::one() - vibration.whole_share(LOSSY_SCALE);
+    let ratio = lost / real(1.0 - WHOLE);
+    let lasts = windows >= 2 * u32::from(scale);
+    (lasts && ratio > T::one()).then(|| Finding {
+        ratio,
+        apart: lost,
+        sensor,
+        seconds: count::<T>(scale.into()) * real(HOP_SECONDS),
+    })
 }

@@ -125,6 +125,11 @@ impl<T: Real> Finding<T> {
         }
     }
 
+    /// Largest deviation that is accepted, m/s^2 or rad/s.
+    pub fn limit(&self) -> T {
+        self.apart / self.ratio
+    }
+
     /// The finding of one sensor over one scale.
     pub fn of(ratio: T, deviation: &[T; 3], sensor: Sensor, scale: usize) -> Self {
         let windows = count::<T>(SCALES.get(scale).copied().unwrap_or(1).into());

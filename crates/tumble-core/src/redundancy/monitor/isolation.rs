@@ -49,7 +49,7 @@ where
         time: u64,
         report: Report<'_, T>,
     ) {
-        if self.majority_decides {
+        if self.decides(platform) {
             return;
         }
         let settings = platform.settings();
@@ -381,6 +381,13 @@ where
         }
     }
 
+    /// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
+    /// will resolve it.
+    pub(super) fn is_contested(&self, sensor: Sensor) -> bool {
+        let uncalibrated = |number| contradicts_as_uncalibrated(&self.isolator, &self.stored, sensor, number);
+        self.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
+    }
+
     /// Returns whether a deviation of a secondary cannot be a fault of the primary.
     pub(super) fn may_be_refuted(&self, sensor: Sensor, number: usize) -> bool {
         !self.isolator.is_disputed_with(sensor, number) && !self.is_named(sensor, 0)
@@ -449,20 +456,6 @@ where
     } else {
         known
     }
-}
-
-/// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
-/// will resolve it.
-pub(super) fn is_contested<T: Real, const UNITS: usize>(
-    isolator: &FaultIsolator<T, UNITS>,
-    stored: &StoredCalibrations<T, UNITS>,
-    sensor: Sensor,
-) -> bool
-where
-    Units<UNITS>: UnitCount,
-{
-    let uncalibrated = |number| contradicts_as_uncalibrated(isolator, stored, sensor, number);
-    isolator.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
 
 /// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.

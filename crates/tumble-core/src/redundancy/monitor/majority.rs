@@ -1,19 +1,22 @@
 //! Decisions of three and more units, by one model of their errors (docs/theory/set.md).
 //!
-//! The model judges while three units count or more, each with all axes and fast enough. Comparison of pairs judges otherwise:
-//! before the model knows the clocks, between the last two units, and in slow sets.
+//! The model judges sets of three units and more, each with all axes and fast enough. Comparison of pairs judges otherwise:
+//! before the model knows the clocks, in slow sets, and between the last two units beside an aiding measurement.
 
 use crate::products::{matrix_product, transposed_product};
 use crate::real::{Real, real};
 use crate::redundancy::components::{larger, sum};
-use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault};
+use crate::redundancy::isolation::attribution::Ground;
 use crate::redundancy::model::error::{Parameters, SecondaryErrors};
-use crate::redundancy::model::monitor::{SetEvent, SetEventKind};
+use crate::redundancy::model::monitor::{SetEventKind, SetMonitor};
 use crate::redundancy::model::own::Reason;
 use crate::redundancy::model::table::{SLOWEST, STORED, UNCALIBRATED};
 use crate::redundancy::model::test::Finding;
-use crate::redundancy::monitor::Monitor;
+use crate::redundancy::monitor::aiding::AidingChannel;
+use crate::redundancy::monitor::event::{Event, EventKind};
+use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
@@ -25,7 +28,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Moni
 where
     Units<UNITS>: UnitCount,
 {
-    /// Gives a usable sample to the model, and takes over what its windows show.
+    /// Gives a usable sample to the model, and acts on what its windows show.
     #[inline(never)]
     pub(super) fn judge(
         &mut self,
@@ -33,6 +36,7 @@ where
         number: usize,
         sample: &Sample<T>,
         usable: [bool; 2],
+        report: Report<'_, T>,
     ) -> Option<()> {
         if usable != [true; 2] || !self.is_of_majority(platform) {
             return None;
@@ -45,25 +49,49 @@ where
             angular_rate: turned(&sample.angular_rate),
         };
         let absent = UnitSet::of::<UNITS>(|number| !self.lives(number));
+        let is_aided = self.is_aided();
         let (health, stored, named) = (&mut self.health, &mut self.stored, &mut self.named);
         let model = self.majority.as_mut().first_mut()?;
-        let windows = model.windows();
+        let (windows, sound) = (model.windows(), model.sound());
         model.leave_out(absent);
-        let mut found = None;
-        model.push(number, &sample, &mut |event| found = named_unit(event).or(found));
-        if let Some((unit, finding, reason)) = found {
-            let fault = fault_of(&finding, reason, model.sound());
-            let sensor = finding.sensor;
-            if let Some(stored) = stored.get_mut(unit) {
-                sensor.of_mut(stored).freed = fault.frees();
+        model.decide_between_two(!is_aided);
+        model.push(number, &sample, &mut |event| {
+            let time = event.time;
+            let kind = |unit, kind| Event { time, unit, kind };
+            match event.kind {
+                SetEventKind::Unhealthy { reason, finding } => {
+                    if let Some((unit, finding)) = event.unit.zip(finding) {
+                        named.insert(unit);
+                        contradict(stored, health, unit, &fault_of(&finding, reason, unit, sound));
+                    }
+                }
+                SetEventKind::Disagree { other, finding } => {
+                    let told = EventKind::Disagree {
+                        sensor: finding.sensor,
+                        other,
+                        apart: finding.apart,
+                        limit: finding.limit(),
+                        scale: finding.seconds,
+                    };
+                    event.unit.into_iter().for_each(|unit| report(kind(unit, told)));
+                }
+                SetEventKind::Agree { other, sensor } => {
+                    let told = EventKind::Agree { sensor, other };
+                    event.unit.into_iter().for_each(|unit| report(kind(unit, told)));
+                }
+                SetEventKind::Healthy | SetEventKind::Selected { .. } => {}
             }
-            health.get_mut(unit)?.contradict(sensor, fault);
-            named.insert(unit);
-        }
+        });
         if model.windows() != windows {
-            self.take_over();
+            self.clear_sound();
         }
         Some(())
+    }
+
+    /// Returns whether an aiding measurement was received.
+    fn is_aided(&self) -> bool {
+        let is_aided = |channel: &AidingChannel<T, UNITS>| channel.aiding_evidence.is_some();
+        self.aiding_channel.iter().any(is_aided)
     }
 
     /// Returns whether a majority of the set can be judged by the model: all units have all axes, and none is slow.
@@ -75,33 +103,58 @@ where
                 .all(|(number, unit)| unit.axes == Axes::ALL && self.clock.interval(number) <= SLOWEST)
     }
 
-    /// Clears units that count again, and hands decisions over where the majority begins or ends.
-    fn take_over(&mut self) -> Option<()> {
+    /// Clears units that count again.
+    fn clear_sound(&mut self) -> Option<()> {
         let sound = self.majority.as_ref().first()?.sound();
-        let decides = sound.count() > 2;
-        if decides {
-            for number in self.named.and(sound).units() {
-                self.clear(number);
-            }
+        for number in self.named.and(sound).units() {
+            self.clear(number);
         }
+        Some(())
+    }
+
+    /// Returns whether the model decides in this window; hands decisions over where that changes.
+    pub(super) fn decides(&mut self, platform: &Platform<T, UNITS>) -> bool {
+        let sound = |model: &SetMonitor<T, UNITS>| model.sound().count();
+        let left = self.majority.as_ref().first().map_or(0, sound);
+        let is_of_two = (1..3).contains(&left) && self.is_aided();
+        let decides = self.is_of_majority(platform) && !is_of_two;
         if decides != self.majority_decides {
-            for number in self.named.units() {
-                for sensor in SENSORS {
-                    if decides {
-                        self.isolator.begin_anew(sensor, number);
-                    } else if self
-                        .health
-                        .get(number)
-                        .is_some_and(|health| health.is_contradicted(sensor))
-                    {
-                        self.isolator.exclude(sensor, number);
-                    }
-                }
-            }
-            self.isolator.leave();
+            self.hand_over(decides);
         }
         self.majority_decides = decides;
-        Some(())
+        decides
+    }
+
+    /// Hands units that were named over to the model, or to the comparison of pairs.
+    #[cold]
+    fn hand_over(&mut self, to_model: bool) {
+        for number in self.named.units() {
+            for sensor in SENSORS {
+                let health = self.health.get(number);
+                if to_model {
+                    self.isolator.begin_anew(sensor, number);
+                } else if health.is_some_and(|health| health.is_contradicted(sensor)) {
+                    self.isolator.exclude(sensor, number);
+                }
+            }
+        }
+        self.isolator.leave();
+    }
+
+    /// Returns whether the last two units disagree.
+    pub(super) fn is_disputed(&self, sensor: Sensor) -> bool {
+        let is_open = |model: &SetMonitor<T, UNITS>| model.is_disputed();
+        self.isolator.is_disputed(sensor)
+            || (self.majority_decides && self.majority.as_ref().iter().any(is_open))
+    }
+
+    /// Marks a unit as wrong that physics contradicts.
+    pub(super) fn convict(&mut self, number: usize, fault: &HealthFault<T>) {
+        self.named.insert(number);
+        contradict(&mut self.stored, &mut self.health, number, fault);
+        for model in self.majority.as_mut() {
+            model.exclude(number);
+        }
     }
 
     /// Clears both sensors of a unit that comparison found wrong.
@@ -144,21 +197,49 @@ where
     }
 }
 
-/// Unit that others or its own noise show wrong; what else its samples show is found as they come.
-fn named_unit<T: Real>(event: &SetEvent<T>) -> Option<(usize, Finding<T>, Reason)> {
-    match event.kind {
-        SetEventKind::Unhealthy { reason, finding } => Some((event.unit?, finding?, reason)),
-        _ => None,
+/// Marks the sensors of a unit as faulty that a fault concerns.
+fn contradict<T: Real, const UNITS: usize>(
+    stored: &mut StoredCalibrations<T, UNITS>,
+    health: &mut [Health<T>; UNITS],
+    unit: usize,
+    fault: &HealthFault<T>,
+) where
+    Units<UNITS>: UnitCount,
+{
+    // Samples that are missing are those of both sensors.
+    let concerned = fault.figures().sensor;
+    for sensor in SENSORS
+        .into_iter()
+        .filter(|sensor| concerned.is_none_or(|own| own == *sensor))
+    {
+        if let Some(stored) = stored.get_mut(unit) {
+            sensor.of_mut(stored).freed = fault.frees();
+        }
+        if let Some(health) = health.get_mut(unit) {
+            health.contradict(sensor, *fault);
+        }
     }
 }
 
-/// The fault that a finding shows, while some units agree.
-fn fault_of<T: Real>(finding: &Finding<T>, reason: Reason, agreeing: UnitSet) -> HealthFault<T> {
-    let (sensor, limit) = (finding.sensor, finding.apart / finding.ratio);
+/// The fault of a unit that a finding shows, of units that counted.
+fn fault_of<T: Real>(finding: &Finding<T>, reason: Reason, unit: usize, sound: UnitSet) -> HealthFault<T> {
+    let (sensor, limit) = (finding.sensor, finding.limit());
+    let mut agreeing = sound;
+    agreeing.remove(unit);
     match reason {
+        Reason::Rest => HealthFault::Isolated {
+            sensor,
+            ground: Ground::Rest,
+            value: finding.apart,
+            limit,
+        },
         Reason::Noisy => HealthFault::Noisy {
             sensor,
             scatter: finding.apart,
+            limit,
+        },
+        Reason::Lossy => HealthFault::Lossy {
+            share: finding.apart,
             limit,
         },
         _ => HealthFault::OutOfFamily {

@@ -128,7 +128,7 @@ where
             steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
             isolator: FaultIsolator::new(),
-            majority: Units::filled_majority(|| SetMonitor::new(true).of_majority()),
+            majority: Units::filled_majority(|| SetMonitor::new(true)),
             named: UnitSet::default(),
             majority_decides: false,
             rest_means: [RestMean::new(); UNITS],
@@ -307,7 +307,7 @@ where
             self.lengthen_windows(platform, number, now, report);
             self.find_copy(platform, number, &sample.channels());
             self.integrate(platform, number, &sample, usable, report);
-            self.judge(platform, number, &sample, usable);
+            self.judge(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
         self.select(platform, now, report);
@@ -753,10 +753,7 @@ where
     /// Returns whether a unit is faulty or in an unresolved dispute.
     fn is_degraded(&self, number: usize) -> bool {
         let sound = self.health.get(number).is_some_and(Health::is_sound) && !is_stale(&self.stored, number);
-        !sound
-            || SENSORS
-                .into_iter()
-                .any(|sensor| self.isolator.is_disputed(sensor))
+        !sound || SENSORS.into_iter().any(|sensor| self.is_disputed(sensor))
     }
 
     #[inline(never)]

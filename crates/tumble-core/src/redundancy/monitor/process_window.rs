@@ -6,7 +6,6 @@ use crate::redundancy::health::Surroundings;
 use crate::redundancy::model::monitor::SetMonitor;
 use crate::redundancy::monitor::calibration::CalibrationProgress;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
-use crate::redundancy::monitor::isolation::is_contested;
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -190,14 +189,13 @@ where
         let fewest = settings.fewest_pairs(length);
         let is_disputed = |model: &SetMonitor<T, UNITS>| model.disputed().contains(0);
         let disputed = self.majority_decides && self.majority.as_ref().iter().any(is_disputed);
+        let contested = SENSORS.map(|sensor| disputed || self.is_contested(sensor));
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
-            let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
-                disputed
-                    || is_contested(&self.isolator, &self.stored, sensor)
-                    || self.isolator.is_doubted(sensor, 0)
-            });
+            let doubted = wanted
+                .filter(|(_, wanted)| *wanted)
+                .any(|(sensor, _)| *sensor.of(&contested) || self.isolator.is_doubted(sensor, 0));
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);
                 continue;
