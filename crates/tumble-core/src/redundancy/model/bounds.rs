@@ -1,6 +1,6 @@
 //! Errors that no sound unit has: beyond them one is out, by those without it.
 
-use super::table::{BLOCK_SECONDS, BOUND_SIGMAS, BOUNDS, CLEAR};
+use super::table::{BLOCK_SECONDS, BOUND_SIGMAS, CLEAR};
 use super::test::Finding;
 use crate::real::{Real, count, real};
 use crate::redundancy::components::larger;
@@ -17,17 +17,28 @@ pub struct LearntError<T: Real> {
 }
 
 /// Unit beyond its bounds, and for how many blocks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Bounds {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<T: Real> {
+    /// m/s^2 and rad/s by which others may differ from the primary at rest, and from any unit.
+    limits: [[T; 2]; 2],
     odd: Option<u8>,
     blocks: u8,
 }
 
-impl Bounds {
+impl<T: Real> Bounds<T> {
+    /// No unit is beyond limits yet, of the primary at rest and of any unit, m/s^2 and rad/s.
+    pub fn new(limits: [[T; 2]; 2]) -> Self {
+        Self {
+            limits,
+            odd: None,
+            blocks: 0,
+        }
+    }
+
     /// Compares the errors of all units that count with one another; names the unit that is odd for some blocks, and how far it is off
     /// (docs/theory/set.md, eq. 24).
     #[allow(clippy::cast_possible_truncation)]
-    pub fn take<T: Real, const UNITS: usize>(
+    pub fn take<const UNITS: usize>(
         &mut self,
         errors: &[LearntError<T>; UNITS],
         is_active: &[bool; UNITS],
@@ -36,7 +47,7 @@ impl Bounds {
         let enough = is_active.iter().filter(|active| **active).count() > 2;
         let (mut odd, mut finding) = (None, Finding::none());
         for unit in (0..UNITS).filter(|_| enough) {
-            let [arming, always] = BOUNDS;
+            let [arming, always] = self.limits;
             let limits = if is_rest && unit == 0 { arming } else { always };
             for (sensor, which) in SENSORS.into_iter().enumerate() {
                 if let Some([ratio, apart]) = beyond(unit, sensor, limits[sensor], errors, is_active) {
@@ -68,7 +79,7 @@ impl Bounds {
 fn beyond<T: Real, const UNITS: usize>(
     unit: usize,
     sensor: usize,
-    limit: f64,
+    limit: T,
     errors: &[LearntError<T>; UNITS],
     is_active: &[bool; UNITS],
 ) -> Option<[T; 2]> {
@@ -104,7 +115,7 @@ fn beyond<T: Real, const UNITS: usize>(
 }
 
 /// Difference of two errors over its limit, and the difference, m/s^2 or rad/s.
-fn apart<T: Real>(first: &LearntError<T>, second: &LearntError<T>, sensor: usize, limit: f64) -> [T; 2] {
+fn apart<T: Real>(first: &LearntError<T>, second: &LearntError<T>, sensor: usize, limit: T) -> [T; 2] {
     let (sigmas, _) = BOUND_SIGMAS;
     let (mut square, mut variance) = (T::zero(), T::zero());
     for axis in 0..3 {
@@ -112,6 +123,6 @@ fn apart<T: Real>(first: &LearntError<T>, second: &LearntError<T>, sensor: usize
         square += error * error;
         variance += first.variance[sensor][axis] + second.variance[sensor][axis];
     }
-    let limit = real::<T>(limit * limit) + real::<T>(sigmas * sigmas) * variance;
+    let limit = limit * limit + real::<T>(sigmas * sigmas) * variance;
     [square / limit, square].map(Real::square_root)
 }

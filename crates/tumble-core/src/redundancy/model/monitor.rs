@@ -8,7 +8,7 @@ use super::motion::MotionOfSet;
 use super::own::{Others, Own, Reason};
 use super::rest::{self, UnitRest};
 use super::table::{
-    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
+    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, BOUNDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
     SYNCHRONISED, WAIT,
 };
 use super::test::{Finding, MotionMeans, PairComparison, PairTest, TestConditions, Timing};
@@ -115,7 +115,7 @@ where
     errors: <Units<UNITS> as UnitCount>::OfSecondaries<SecondaryErrors<T>>,
     motion: MotionMeans<T>,
     vote: Vote<T>,
-    bounds: Bounds,
+    bounds: Bounds<T>,
     gathering: Gathering<T, UNITS>,
     waiting: Option<LearningBlock<T, UNITS>>,
     voted_out: UnitSet,
@@ -176,7 +176,7 @@ where
             errors: <Units<UNITS> as UnitCount>::filled(SecondaryErrors::uncalibrated()),
             motion: MotionMeans::new(),
             vote: Vote::new(),
-            bounds: Bounds::default(),
+            bounds: Bounds::new(BOUNDS.map(|limits| limits.map(real))),
             gathering: Gathering::new(),
             waiting: None,
             voted_out: UnitSet::default(),
@@ -214,7 +214,7 @@ where
         for pair in self.pairs.as_mut() {
             pair.test = PairTest::new();
         }
-        self.bounds = Bounds::default();
+        self.bounds = Bounds::new(BOUNDS.map(|limits| limits.map(real)));
         self.voted_out = UnitSet::default();
         self.beyond = UnitSet::default();
         self.left_out = UnitSet::default();
@@ -291,11 +291,22 @@ where
         if self.finds_delays { SYNCHRONISED } else { BEGINS }
     }
 
-    /// States the errors of a secondary, numbered from 1, before its first sample.
+    /// States the largest errors of a sound unit, m/s^2 and rad/s: of the primary at rest, and of any unit.
+    pub fn set_limits(&mut self, limits: [[T; 2]; 2]) {
+        self.bounds = Bounds::new(limits);
+    }
+
+    /// States the errors of a secondary, numbered from 1.
     pub fn set_errors(&mut self, unit: usize, errors: &SecondaryErrors<T>) {
         let secondary = unit.checked_sub(1);
         if let Some(place) = secondary.and_then(|secondary| self.errors.as_mut().get_mut(secondary)) {
             *place = *errors;
+        }
+        // What pairs differed by was beside other errors.
+        for (pair, units) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
+            if units.contains(&unit) {
+                pair.test.forget();
+            }
         }
     }
 
@@ -389,7 +400,7 @@ where
         let (worst, named) = self.compare(&at);
         if has_begun {
             self.look_at_vote(&at, named, report);
-            if self.decides_between_two {
+            if self.decides_between_two || at.active.count() > 2 {
                 self.look_at_dispute(&at, &worst, report);
                 self.look_at_rest(&at, report);
             }
@@ -604,7 +615,7 @@ where
         }
     }
 
-    /// Reports the disagreement of two units of which none is known to be wrong, and its end.
+    /// Reports the disagreement of units of which none is known to be wrong, and its end.
     fn look_at_dispute(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
@@ -612,6 +623,8 @@ where
         report: ReportEvent<'_, T>,
     ) {
         let mut largest = T::zero();
+        let [of_two, of_more] = DWELL;
+        let dwell = if at.active.count() > 2 { of_more } else { of_two };
         let states = self.pairs.as_mut().iter_mut().zip(worst.as_ref());
         for ((pair, worst), [i, j]) in states.zip(pairs::<UNITS>()) {
             let ratio = if at.active.contain_both([i, j]) {
@@ -625,7 +638,7 @@ where
             } else {
                 0
             };
-            if pair.disputing == DWELL && at.active.count() <= 2 && self.dispute.is_none() {
+            if pair.disputing >= dwell && self.dispute.is_none() {
                 self.dispute = Some(([i, j], worst.sensor));
                 let finding = *worst;
                 report(&event(at.now, j, SetEventKind::Disagree { other: i, finding }));
@@ -647,7 +660,8 @@ where
     fn look_at_rest(&mut self, at: &Evaluated<'_, T, UNITS>, report: ReportEvent<'_, T>) {
         let active = self.active(at.now);
         // A disagreement of motion alone, as of a scale, is none that a rest decides.
-        let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= DWELL);
+        let [lasts, _] = DWELL;
+        let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= lasts);
         if !at.is_rest || !is_lasting || self.dispute.is_none() || active.count() != 2 {
             return;
         }

@@ -116,8 +116,8 @@ pub const STILL: ([f64; 2], f64, f64) = ([0.06, 0.006], 4.0, 0.1);
 pub const CHANGED: [[f64; 2]; 2] = [[0.05, 0.0025], [0.3, 0.03]];
 /// Largest evidence of a sensor, evidence of a sound unit at most, and difference that decides between two.
 pub const EVIDENCE: [f64; 3] = [27.0, 4.0, 6.0];
-/// Windows in succession in which two units disagree before it is reported.
-pub const DWELL: u8 = 2;
+/// Windows in succession in which units disagree before it is reported, of two, and of more, of which one may yet be named.
+pub const DWELL: [u8; 2] = [2, BLOCK];
 
 /// Sigmas of the errors of a unit before any motion is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,6 +20,7 @@ use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
+use crate::redundancy::settings::AdoptionSettings;
 use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::UnitSet;
 use crate::sample::Sample;
@@ -40,6 +41,9 @@ where
     ) -> Option<()> {
         if usable != [true; 2] || !self.is_of_majority(platform) {
             return None;
+        }
+        if !self.majority_begun {
+            self.begin_majority(platform);
         }
         let unit = platform.units().get(number)?;
         let turned = |reading| transposed_product(&unit.sensor_from_primary, reading);
@@ -189,9 +193,25 @@ where
             || (self.named.contains(number) && self.health.get(number).is_some_and(is_contradicted))
     }
 
+    /// Tells the model what is stored of all secondaries, and how large errors may be.
+    #[cold]
+    fn begin_majority(&mut self, platform: &Platform<T, UNITS>) {
+        self.majority_begun = true;
+        let settings = platform.settings();
+        let primary = SENSORS.map(|sensor| settings.evaluation.uncalibrated.of(sensor));
+        let any = SENSORS.map(|sensor| settings.plausible_at_rest(sensor, false));
+        for model in self.majority.as_mut() {
+            model.set_limits([primary, any]);
+        }
+        for number in 1..UNITS {
+            self.state_errors(platform, number);
+        }
+    }
+
     /// Tells the model what is stored of a secondary.
     pub(super) fn state_errors(&mut self, platform: &Platform<T, UNITS>, number: usize) -> Option<()> {
-        let errors = stored_errors(platform.units().get(number)?, self.stored.get(number)?);
+        let (unit, adoption) = (platform.units().get(number)?, &platform.settings().adoption);
+        let errors = stored_errors(unit, self.stored.get(number)?, adoption);
         self.majority.as_mut().first_mut()?.set_errors(number, &errors);
         Some(())
     }
@@ -252,10 +272,23 @@ fn fault_of<T: Real>(finding: &Finding<T>, reason: Reason, unit: usize, sound: U
     }
 }
 
+/// Sigmas of the largest error that a calibration may have, inverted.
+const THIRD: f64 = 1.0 / 3.0;
+
 /// Errors of a secondary in the axes of the primary, as far as they are stored.
-fn stored_errors<T: Real>(unit: &MountedUnit<T>, stored: &[StoredCalibration<T>; 2]) -> SecondaryErrors<T> {
+///
+/// Of other errors, the largest that a calibration may have are three sigmas.
+fn stored_errors<T: Real>(
+    unit: &MountedUnit<T>,
+    stored: &[StoredCalibration<T>; 2],
+    adoption: &AdoptionSettings<T>,
+) -> SecondaryErrors<T> {
     let mut mean = Parameters::zero();
     let mut sigmas = Parameters::of_grade(&UNCALIBRATED);
+    let m = larger(adoption.largest_scale_error, adoption.largest_misalignment) * real(THIRD);
+    for (rows, sensor) in sigmas.rows.iter_mut().zip(SENSORS) {
+        *rows = [[m, m, m, adoption.bias.of(sensor) * real(THIRD)]; 3];
+    }
     let known = Parameters::of_grade(&STORED);
     let turn = &unit.sensor_from_primary;
     for (which, sensor) in SENSORS.into_iter().enumerate() {

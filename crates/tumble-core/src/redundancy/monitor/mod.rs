@@ -86,6 +86,8 @@ where
     named: UnitSet,
     /// True if the majority decided in the latest window.
     majority_decides: bool,
+    /// True if the model knows what is stored and set.
+    majority_begun: bool,
     rest_means: [RestMean<T>; UNITS],
     rest: RestState,
     stored: StoredCalibrations<T, UNITS>,
@@ -131,6 +133,7 @@ where
             majority: Units::filled_majority(|| SetMonitor::new(true)),
             named: UnitSet::default(),
             majority_decides: false,
+            majority_begun: false,
             rest_means: [RestMean::new(); UNITS],
             rest: RestState::new(),
             stored: StoredCalibrations::none(),
@@ -160,6 +163,7 @@ where
             majority,
             named,
             majority_decides,
+            majority_begun,
             rest_means,
             rest,
             stored,
@@ -183,6 +187,7 @@ where
         majority.as_mut().iter_mut().for_each(SetMonitor::reset);
         *named = UnitSet::default();
         *majority_decides = false;
+        *majority_begun = false;
         set_all(rest_means, RestMean::new());
         *rest = RestState::new();
         set_all(stored.of_secondaries_mut(), [StoredCalibration::nothing(); 2]);
