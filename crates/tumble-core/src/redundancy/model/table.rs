@@ -39,6 +39,8 @@ pub const SHARED: f64 = 0.5;
 /// 1 sigma of a delay that no motion has shown, of one found among whole windows, of any other at least, s, and of the rate of
 /// a crystal against another.
 pub const CLOCK_SIGMAS: [f64; 4] = [0.03, 0.01, 2e-3, 2e-4];
+/// Square of the derivative over that of its noise, with which a delay is found too small by a tenth.
+pub const SHOWN: f64 = 10.0;
 /// Sigmas beyond which a span is left out.
 pub const CONTRADICTED: f64 = 4.0;
 

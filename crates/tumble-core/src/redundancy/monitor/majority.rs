@@ -3,9 +3,11 @@
 //! The model judges sets of three units and more, each with all axes and fast enough. Comparison of pairs judges otherwise:
 //! before the model knows the clocks, in slow sets, and between the last two units beside an aiding measurement.
 
-use crate::products::{matrix_product, transposed_product};
+use nalgebra::Vector3;
+
+use crate::products::{Length, matrix_product, transposed_product, zeros};
 use crate::real::{Real, real};
-use crate::redundancy::components::{larger, sum};
+use crate::redundancy::components::{difference, larger};
 use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::isolation::attribution::Ground;
@@ -22,7 +24,7 @@ use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::AdoptionSettings;
 use crate::redundancy::unit_count::{UnitCount, Units};
-use crate::redundancy::unit_set::UnitSet;
+use crate::redundancy::unit_set::{UnitSet, pairs};
 use crate::sample::Sample;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
@@ -152,6 +154,63 @@ where
             || (self.majority_decides && self.majority.as_ref().iter().any(is_open))
     }
 
+    /// Returns whether two calibrated siblings of a secondary moved from the primary alike since their calibrations: it is
+    /// the primary that moved, and nothing is learnt from it.
+    #[inline(never)]
+    pub(super) fn is_primary_moved(
+        &self,
+        platform: &Platform<T, UNITS>,
+        sensor: Sensor,
+        number: usize,
+    ) -> bool {
+        let most = platform
+            .settings()
+            .evaluation
+            .thresholds
+            .secondary
+            .of(sensor)
+            .least();
+        let shifts: [_; UNITS] = core::array::from_fn(|other| {
+            let shift = self.shift(platform, sensor, other).filter(|_| other != number);
+            shift.filter(|shift| shift.length() > most)
+        });
+        let alike = |first: &Vector3<T>, second: &Vector3<T>| {
+            difference(first, second).length() < first.length() * real(ALIKE)
+        };
+        pairs::<UNITS>().any(|[i, j]| {
+            let both = shifts
+                .get(i)
+                .copied()
+                .flatten()
+                .zip(shifts.get(j).copied().flatten());
+            both.is_some_and(|(first, second)| alike(&first, &second))
+        })
+    }
+
+    /// What the model found of a calibrated secondary beyond what is stored of it, along gravity as the primary feels it or at
+    /// rest, m/s^2 or rad/s.
+    fn shift(&self, platform: &Platform<T, UNITS>, sensor: Sensor, number: usize) -> Option<Vector3<T>> {
+        let model = self.majority.as_ref().first()?;
+        let stored = self.stored.get(number)?;
+        let is_sound = self.health.get(number).is_some_and(Health::is_sound);
+        if !is_sound || !sensor.of(stored).calibrated || sensor.of(stored).stale {
+            return None;
+        }
+        let unit = platform.units().get(number)?;
+        let then = stored_errors(unit, stored, &platform.settings().adoption);
+        let (now, then) = (model.errors(number)?.mean(), then.mean());
+        let felt = match sensor {
+            Sensor::Accelerometer => sensor.triad(self.means(0)?),
+            Sensor::Gyroscope => zeros(),
+        };
+        let mut shift: Vector3<T> = zeros();
+        let rows = sensor.of(&now.rows).iter().zip(sensor.of(&then.rows));
+        for (place, ([a, b, c, now], [x, y, z, then])) in shift.iter_mut().zip(rows) {
+            *place = (*a - *x) * felt.x + (*b - *y) * felt.y + (*c - *z) * felt.z + *now - *then;
+        }
+        Some(shift)
+    }
+
     /// Marks a unit as wrong that physics contradicts.
     pub(super) fn convict(&mut self, number: usize, fault: &HealthFault<T>) {
         self.named.insert(number);
@@ -272,6 +331,9 @@ fn fault_of<T: Real>(finding: &Finding<T>, reason: Reason, unit: usize, sound: U
     }
 }
 
+/// Share of a shift by which two that are alike differ at most.
+const ALIKE: f64 = 0.5;
+
 /// Sigmas of the largest error that a calibration may have, inverted.
 const THIRD: f64 = 1.0 / 3.0;
 
@@ -304,7 +366,7 @@ fn stored_errors<T: Real>(
             continue;
         }
         let matrix = matrix_product(&turn.transpose(), &matrix_product(&stored.error.matrix, turn));
-        let bias = sum(&transposed_product(turn, &stored.error.bias), &stored.trimmed);
+        let bias = transposed_product(turn, &stored.error.bias);
         let of_matrix = matrix.row_iter().zip(bias.iter()).enumerate();
         for ((axis, (row, bias)), place) in of_matrix.zip(rows) {
             let values = row.iter().copied().enumerate();
