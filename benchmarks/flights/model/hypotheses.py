@@ -53,7 +53,7 @@ class Vote:
         worst = known.max(axis=2)
         at = np.argmax(known, axis=2)
         now = np.take_along_axis(deviation, at[:, :, None, :, None], axis=2)[:, :, 0]
-        # What is beyond the limit of one pair is no agreement in another.
+        # A deviation beyond the limit of one pair is no agreement in another.
         size = np.maximum(np.linalg.norm(now, axis=-1), np.finfo(float).eps)
         in_limits = (worst / size)[:, :, None] * np.linalg.norm(deviation, axis=-1)
         limited = np.where(known > 0.0, np.maximum(known, in_limits), 0.0)

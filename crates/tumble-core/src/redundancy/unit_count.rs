@@ -32,7 +32,7 @@ pub trait UnitCount {
 }
 
 macro_rules! unit_counts {
-    ($($units:literal, $secondaries:literal, $pairs:literal, $majority:literal;)*) => {$(
+    ($($units:literal, $secondaries:literal, $pairs:literal, $majority:expr;)*) => {$(
         impl UnitCount for Units<$units> {
             type OfSecondaries<X: TableEntry> = [X; $secondaries];
             type OfPairs<X: TableEntry> = [X; $pairs];
@@ -53,4 +53,7 @@ macro_rules! unit_counts {
     )*};
 }
 
-unit_counts!(2, 1, 1, 0; 3, 2, 3, 1; 4, 3, 6, 1; 5, 4, 10, 1; 6, 5, 15, 1; 7, 6, 21, 1; 8, 7, 28, 1;);
+/// Entries of sets of three units and more, whose majority may be left out.
+const MAJORITY: usize = cfg!(feature = "majority") as usize;
+
+unit_counts!(2, 1, 1, 0; 3, 2, 3, MAJORITY; 4, 3, 6, MAJORITY; 5, 4, 10, MAJORITY; 6, 5, 15, MAJORITY; 7, 6, 21, MAJORITY; 8, 7, 28, MAJORITY;);

@@ -3,7 +3,7 @@
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::model::error::SecondaryErrors;
 use tumble_core::redundancy::model::monitor::{SetEvent, SetEventKind, SetMonitor};
-use tumble_core::redundancy::model::test::Finding;
+use tumble_core::redundancy::model::test::Exceedance;
 use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
@@ -58,7 +58,7 @@ where
 }
 
 fn widened<T: Real>(event: &SetEvent<T>) -> SetEvent<f64> {
-    let wide_finding = |finding: &Finding<T>| Finding {
+    let wide_finding = |finding: &Exceedance<T>| Exceedance {
         ratio: wide(finding.ratio),
         apart: wide(finding.apart),
         sensor: finding.sensor,

@@ -1,7 +1,7 @@
 //! Errors that no sound unit has: beyond them one is out, by those without it.
 
 use super::table::{BLOCK_SECONDS, BOUND_SIGMAS, CLEAR};
-use super::test::Finding;
+use super::test::Exceedance;
 use crate::real::{Real, count, real};
 use crate::redundancy::components::larger;
 use crate::redundancy::sensor::SENSORS;
@@ -43,16 +43,16 @@ impl<T: Real> Bounds<T> {
         errors: &[LearntError<T>; UNITS],
         is_active: &[bool; UNITS],
         is_rest: bool,
-    ) -> Option<(usize, Finding<T>)> {
+    ) -> Option<(usize, Exceedance<T>)> {
         let enough = is_active.iter().filter(|active| **active).count() > 2;
-        let (mut odd, mut finding) = (None, Finding::none());
+        let (mut odd, mut finding) = (None, Exceedance::none());
         for unit in (0..UNITS).filter(|_| enough) {
             let [arming, always] = self.limits;
             let limits = if is_rest && unit == 0 { arming } else { always };
             for (sensor, which) in SENSORS.into_iter().enumerate() {
                 if let Some([ratio, apart]) = beyond(unit, sensor, limits[sensor], errors, is_active) {
                     odd = Some(unit as u8);
-                    finding = Finding {
+                    finding = Exceedance {
                         ratio,
                         apart,
                         sensor: which,

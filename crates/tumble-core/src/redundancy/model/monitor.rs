@@ -9,9 +9,9 @@ use super::own::{Others, Own, Reason};
 use super::rest::{self, UnitRest};
 use super::table::{
     AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, BOUNDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
-    SYNCHRONISED, WAIT,
+    SLOWEST, SYNCHRONISED, WAIT,
 };
-use super::test::{Finding, MotionMeans, PairComparison, PairTest, TestConditions, Timing};
+use super::test::{Exceedance, MotionMeans, PairComparison, PairTest, TestConditions, Timing};
 use super::vibration::{self, Vibration};
 use super::vote::{Named, Vote};
 use super::window::{UnitWindow, UnitWindows};
@@ -32,7 +32,7 @@ crate::vocabulary! {
             /// Reason.
             reason: Reason,
             /// The deviation that shows it, where there is one.
-            finding: Option<Finding<T>>,
+            finding: Option<Exceedance<T>>,
         } = "unhealthy",
         /// A unit counts again.
         Healthy = "healthy",
@@ -41,7 +41,7 @@ crate::vocabulary! {
             /// The other unit.
             other: usize,
             /// The finding that shows it.
-            finding: Finding<T>,
+            finding: Exceedance<T>,
         } = "disagree",
         /// Two units that disagreed agree again.
         Agree {
@@ -246,6 +246,13 @@ where
         (self.newest, self.first, self.so_far) = (None, 0, None);
     }
 
+    /// Returns whether a unit samples too slowly for windows of 0.1 s.
+    pub fn is_slow(&self) -> bool {
+        self.units
+            .iter()
+            .any(|unit| unit.windows.interval() > real(SLOWEST))
+    }
+
     /// Number of windows so far.
     pub fn windows(&self) -> u32 {
         self.so_far.unwrap_or(0)
@@ -302,7 +309,7 @@ where
         if let Some(place) = secondary.and_then(|secondary| self.errors.as_mut().get_mut(secondary)) {
             *place = *errors;
         }
-        // What pairs differed by was beside other errors.
+        // Differences of pairs were taken beside other errors.
         for (pair, units) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
             if units.contains(&unit) {
                 pair.test.forget();
@@ -495,7 +502,10 @@ where
     fn compare(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-    ) -> (<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>, Option<Named<T>>) {
+    ) -> (
+        <Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
+        Option<Named<T>>,
+    ) {
         let is_active = core::array::from_fn(|unit| at.active.contains(unit));
         let vibrations = self.units.each_ref().map(|unit| &unit.vibration);
         let shaking = vibration::of_set(vibrations, &is_active);
@@ -519,7 +529,7 @@ where
             ratio: [T::zero(); 2],
         };
         let mut compared = <Units<UNITS> as UnitCount>::filled_pairs(none);
-        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(Finding::none());
+        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(Exceedance::none());
         let mut named = None;
         for (scale, shaking) in shaking.into_iter().enumerate() {
             let (motion, bends) = self.motion.over(scale);
@@ -542,7 +552,7 @@ where
                         SENSORS.into_iter().zip(found.ratio.iter().zip(&found.deviation))
                     {
                         if *ratio > worst.ratio {
-                            *worst = Finding::of(*ratio, deviation, sensor, scale);
+                            *worst = Exceedance::of(*ratio, deviation, sensor, scale);
                         }
                     }
                 }
@@ -619,7 +629,7 @@ where
     fn look_at_dispute(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let mut largest = T::zero();
@@ -691,7 +701,7 @@ where
     fn reinstate(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let sound = self.active(at.now);
@@ -741,7 +751,7 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         number: u32,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let judged = pairs::<UNITS>().zip(worst.as_ref());
@@ -858,7 +868,7 @@ where
 /// Units of pairs that count and disagree.
 fn disputed<T: Real, const UNITS: usize>(
     at: &Evaluated<'_, T, UNITS>,
-    worst: &<Units<UNITS> as UnitCount>::OfPairs<Finding<T>>,
+    worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
 ) -> UnitSet
 where
     Units<UNITS>: UnitCount,
@@ -880,6 +890,6 @@ fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> 
     }
 }
 
-fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason, finding: Option<Finding<T>>) -> SetEvent<T> {
+fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason, finding: Option<Exceedance<T>>) -> SetEvent<T> {
     event(time, unit, SetEventKind::Unhealthy { reason, finding })
 }

@@ -2,7 +2,7 @@
 
 use super::motion::MotionOfSet;
 use super::table::{FLOOR, HOP_SECONDS, LOSSY_SCALE, MOVED, NOISY, REPEATS, SCALES, WHOLE};
-use super::test::Finding;
+use super::test::Exceedance;
 use super::vibration::Vibration;
 use super::window::UnitWindow;
 use crate::real::{Real, count, real};
@@ -116,7 +116,7 @@ impl<T: Real> Own<T> {
         unit: usize,
         vibration: &Vibration<T>,
         at: &Others<'_, T, UNITS>,
-    ) -> [Option<(Reason, Option<Finding<T>>)>; 4] {
+    ) -> [Option<(Reason, Option<Exceedance<T>>)>; 4] {
         let noise = self.noise(unit, at);
         [
             at.is_late(unit).then_some((Reason::Late, None)),
@@ -154,7 +154,7 @@ impl<T: Real> Own<T> {
     }
 
     /// Scatter of a sensor that has been too large for some windows.
-    fn noise<const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> Option<Finding<T>> {
+    fn noise<const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> Option<Exceedance<T>> {
         let mut found = None;
         let (over_usual, over_others, [in_motion, at_rest]) = NOISY;
         let windows = if at.is_rest { at_rest } else { in_motion };
@@ -177,7 +177,7 @@ impl<T: Real> Own<T> {
                     .windows
                     .get(unit)
                     .map_or(T::zero(), |window| window.scatter[sensor]);
-                found = Some(Finding {
+                found = Some(Exceedance {
                     ratio,
                     apart: scatter.square_root(),
                     sensor: which,
@@ -218,13 +218,13 @@ impl<T: Real, const UNITS: usize> Others<'_, T, UNITS> {
 }
 
 /// Share of windows that lack samples, if it is too large.
-fn loss<T: Real>(vibration: &Vibration<T>, windows: u32) -> Option<Finding<T>> {
+fn loss<T: Real>(vibration: &Vibration<T>, windows: u32) -> Option<Exceedance<T>> {
     let scale = SCALES.get(LOSSY_SCALE).copied().unwrap_or(u16::MAX);
     let [sensor, _] = SENSORS;
     let lost = T::one() - vibration.whole_share(LOSSY_SCALE);
     let ratio = lost / real(1.0 - WHOLE);
     let lasts = windows >= 2 * u32::from(scale);
-    (lasts && ratio > T::one()).then(|| Finding {
+    (lasts && ratio > T::one()).then(|| Exceedance {
         ratio,
         apart: lost,
         sensor,

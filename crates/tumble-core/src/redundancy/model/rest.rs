@@ -1,7 +1,7 @@
 //! Rests: physics bounds each unit's own error, |f| = g and w = 0, and shows which of two units changed.
 
 use super::table::{BLOCK, CHANGED, EVIDENCE, HOP_SECONDS, STILL};
-use super::test::Finding;
+use super::test::Exceedance;
 use super::window::UnitWindow;
 use crate::gravity::STANDARD;
 use crate::real::{Real, count, real};
@@ -93,7 +93,7 @@ impl<T: Real> UnitRest<T> {
     }
 
     /// The larger change of its sensors, and the one that decides between two units; `None` where there is no rest.
-    pub fn shift(&self) -> Option<Finding<T>> {
+    pub fn shift(&self) -> Option<Exceedance<T>> {
         let [accelerometer, gyroscope] = SENSORS;
         let (force, rate) = self.by_sensor()?;
         let ((apart, evidence), sensor) = if force.1 > rate.1 {
@@ -102,7 +102,7 @@ impl<T: Real> UnitRest<T> {
             (rate, gyroscope)
         };
         let [_, _, decides] = EVIDENCE.map(real::<T>);
-        Some(Finding {
+        Some(Exceedance {
             ratio: (evidence / decides).square_root(),
             apart,
             sensor,

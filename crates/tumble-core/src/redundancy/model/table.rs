@@ -21,8 +21,8 @@ pub const LOSSY_SCALE: usize = 5;
 pub const FORCE_WINDOWS: u8 = 10;
 /// us for which a window waits for units that are behind: the clocks of flights are up to 98 ms apart.
 pub const WAIT: u64 = 3 * HOP;
-/// us: longest sample interval of a unit that a majority judges: five samples lie under a triangle.
-pub const SLOWEST: u32 = 20_000;
+/// s: longest usual sample interval of a unit that a majority judges, of 50 Hz by a clock of its own: four samples lie under a triangle.
+pub const SLOWEST: f64 = 0.0225;
 /// us over which samples are counted, and how often, before the interval is known: half a second.
 pub const COUNTED: (u64, u8) = (SECOND / 4, 2);
 /// Sample interval over the usual one beyond which a window is dropped: a sample is missing.

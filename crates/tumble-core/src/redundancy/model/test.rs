@@ -103,7 +103,7 @@ pub struct PairComparison<T: Real> {
 
 /// A deviation beyond its limit, and the sensor and the time that show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finding<T: Real> {
+pub struct Exceedance<T: Real> {
     /// Deviation over its limit; 0 where nothing was compared.
     pub ratio: T,
     /// The deviation, m/s^2 or rad/s.
@@ -114,7 +114,7 @@ pub struct Finding<T: Real> {
     pub seconds: T,
 }
 
-impl<T: Real> Finding<T> {
+impl<T: Real> Exceedance<T> {
     /// Nothing was compared.
     pub fn none() -> Self {
         Self {

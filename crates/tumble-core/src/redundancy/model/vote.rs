@@ -1,7 +1,7 @@
 //! Vote of three and more: the unit without which the others agree.
 
 use super::table::{CLEAR, COUNT};
-use super::test::{Finding, PairComparison};
+use super::test::{Exceedance, PairComparison};
 use crate::real::{Real, real};
 use crate::redundancy::components::larger;
 use crate::redundancy::sensor::SENSORS;
@@ -26,7 +26,7 @@ pub struct Named<T: Real> {
     /// Number of the unit.
     pub unit: usize,
     /// Largest ratio of its pairs.
-    pub finding: Finding<T>,
+    pub finding: Exceedance<T>,
 }
 
 impl<T: Real> Vote<T> {
@@ -67,7 +67,7 @@ impl<T: Real> Vote<T> {
                     (worst, deviation) = (ratio, found.deviation[sensor]);
                 }
             }
-            // What is beyond the limit of one pair is no agreement in another.
+            // A deviation beyond the limit of one pair is no agreement in another.
             let in_limits = worst / larger(norm(&deviation), T::default_epsilon());
             for (pair, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
                 let own = found.ratio[sensor];
@@ -93,7 +93,7 @@ impl<T: Real> Vote<T> {
             {
                 best = Some(Named {
                     unit,
-                    finding: Finding::of(worst, &deviation, which, scale),
+                    finding: Exceedance::of(worst, &deviation, which, scale),
                 });
             }
             *before = Odd {

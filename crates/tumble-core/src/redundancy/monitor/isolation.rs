@@ -91,7 +91,7 @@ where
                 if let Some(health) = health.get_mut(unit) {
                     health.contradict(sensor, fault);
                 }
-                // What two units decide holds when a third one counts again.
+                // A decision between two units holds when a third one counts again.
                 for majority in majority.as_mut() {
                     majority.exclude(unit);
                 }

@@ -14,8 +14,8 @@ use crate::redundancy::isolation::attribution::Ground;
 use crate::redundancy::model::error::{Parameters, SecondaryErrors};
 use crate::redundancy::model::monitor::{SetEventKind, SetMonitor};
 use crate::redundancy::model::own::Reason;
-use crate::redundancy::model::table::{SLOWEST, STORED, UNCALIBRATED};
-use crate::redundancy::model::test::Finding;
+use crate::redundancy::model::table::{STORED, UNCALIBRATED};
+use crate::redundancy::model::test::Exceedance;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
@@ -55,13 +55,16 @@ where
             angular_rate: turned(&sample.angular_rate),
         };
         let absent = UnitSet::of::<UNITS>(|number| !self.lives(number));
-        let is_aided = self.is_aided();
+        let (is_aided, decides) = (self.is_aided(), self.majority_decides);
         let (health, stored, named) = (&mut self.health, &mut self.stored, &mut self.named);
         let model = self.majority.as_mut().first_mut()?;
         let (windows, sound) = (model.windows(), model.sound());
         model.leave_out(absent);
         model.decide_between_two(!is_aided);
         model.push(number, &sample, &mut |event| {
+            if !decides {
+                return;
+            }
             let time = event.time;
             let kind = |unit, kind| Event { time, unit, kind };
             match event.kind {
@@ -100,13 +103,10 @@ where
         self.aiding_channel.iter().any(is_aided)
     }
 
-    /// Returns whether a majority of the set can be judged by the model: all units have all axes, and none is slow.
+    /// Returns whether the model takes samples of the set: all units have all axes.
     fn is_of_majority(&self, platform: &Platform<T, UNITS>) -> bool {
-        let units = platform.units().iter().enumerate();
-        !self.majority.as_ref().is_empty()
-            && units
-                .into_iter()
-                .all(|(number, unit)| unit.axes == Axes::ALL && self.clock.interval(number) <= SLOWEST)
+        let all = platform.units().iter().all(|unit| unit.axes == Axes::ALL);
+        all && !self.majority.as_ref().is_empty()
     }
 
     /// Clears units that count again.
@@ -120,10 +120,10 @@ where
 
     /// Returns whether the model decides in this window; hands decisions over where that changes.
     pub(super) fn decides(&mut self, platform: &Platform<T, UNITS>) -> bool {
-        let sound = |model: &SetMonitor<T, UNITS>| model.sound().count();
-        let left = self.majority.as_ref().first().map_or(0, sound);
-        let is_of_two = (1..3).contains(&left) && self.is_aided();
-        let decides = self.is_of_majority(platform) && !is_of_two;
+        let is_of_two = |model: &SetMonitor<T, UNITS>| (1..3).contains(&model.sound().count());
+        let is_others =
+            |model: &SetMonitor<T, UNITS>| model.is_slow() || (self.is_aided() && is_of_two(model));
+        let decides = self.is_of_majority(platform) && !self.majority.as_ref().iter().any(is_others);
         if decides != self.majority_decides {
             self.hand_over(decides);
         }
@@ -187,7 +187,7 @@ where
         })
     }
 
-    /// What the model found of a calibrated secondary beyond what is stored of it, along gravity as the primary feels it or at
+    /// Change of the error of a calibrated secondary from the stored one to the model's, along the specific force of the primary or at
     /// rest, m/s^2 or rad/s.
     fn shift(&self, platform: &Platform<T, UNITS>, sensor: Sensor, number: usize) -> Option<Vector3<T>> {
         let model = self.majority.as_ref().first()?;
@@ -252,7 +252,7 @@ where
             || (self.named.contains(number) && self.health.get(number).is_some_and(is_contradicted))
     }
 
-    /// Tells the model what is stored of all secondaries, and how large errors may be.
+    /// Gives the model the stored errors of all secondaries, and the largest errors of a sound unit.
     #[cold]
     fn begin_majority(&mut self, platform: &Platform<T, UNITS>) {
         self.majority_begun = true;
@@ -267,7 +267,7 @@ where
         }
     }
 
-    /// Tells the model what is stored of a secondary.
+    /// Gives the model the stored errors of a secondary.
     pub(super) fn state_errors(&mut self, platform: &Platform<T, UNITS>, number: usize) -> Option<()> {
         let (unit, adoption) = (platform.units().get(number)?, &platform.settings().adoption);
         let errors = stored_errors(unit, self.stored.get(number)?, adoption);
@@ -301,7 +301,7 @@ fn contradict<T: Real, const UNITS: usize>(
 }
 
 /// The fault of a unit that a finding shows, of units that counted.
-fn fault_of<T: Real>(finding: &Finding<T>, reason: Reason, unit: usize, sound: UnitSet) -> HealthFault<T> {
+fn fault_of<T: Real>(finding: &Exceedance<T>, reason: Reason, unit: usize, sound: UnitSet) -> HealthFault<T> {
     let (sensor, limit) = (finding.sensor, finding.limit());
     let mut agreeing = sound;
     agreeing.remove(unit);
@@ -339,7 +339,7 @@ const THIRD: f64 = 1.0 / 3.0;
 
 /// Errors of a secondary in the axes of the primary, as far as they are stored.
 ///
-/// Of other errors, the largest that a calibration may have are three sigmas.
+/// The largest errors that a calibration may have are three sigmas of all others.
 fn stored_errors<T: Real>(
     unit: &MountedUnit<T>,
     stored: &[StoredCalibration<T>; 2],
