@@ -35,7 +35,6 @@ PARTS = (
     "records",
     "temperature",
     "magnetometer",
-    "majority",
     "calibration",
     "aiding",
     "settings_check",
@@ -47,11 +46,10 @@ STACK_GOAL = 4096
 CALL = r"tumble_[a-z_]+"
 COMBINATIONS: dict[str, tuple[str, ...]] = {
     "watch and fail over": ("redundancy",),
-    "the same, three units and more by a model": ("redundancy", "majority"),
     "the same, settings checked on the device": ("redundancy", "settings_check"),
     "the same, aiding measurements received": ("redundancy", "aiding"),
     "watch, fail over, calibrate in flight": ("redundancy", "calibration"),
-    "all of a redundant set": ("redundancy", "majority", "calibration", "aiding", "settings_check"),
+    "all of a redundant set": ("redundancy", "calibration", "aiding", "settings_check"),
     "spin": ("spin",),
     "records": ("records",),
     "records, temperature": ("records", "temperature"),

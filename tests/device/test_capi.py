@@ -63,7 +63,7 @@ def tools() -> None:
 
 
 PARTS = ("spin", "redundancy", "records", "temperature", "magnetometer")
-OF_A_SET = ("majority", "calibration", "aiding", "settings_check")
+OF_A_SET = ("calibration", "aiding", "settings_check")
 """Parts of a redundant set."""
 
 

@@ -38,14 +38,15 @@
 #endif
 
 /* Parts that the library was built without are named by macros: TUMBLE_WITHOUT_SPIN, TUMBLE_WITHOUT_REDUNDANCY,
- * TUMBLE_WITHOUT_MAJORITY, TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK,
- * TUMBLE_WITHOUT_RECORDS, TUMBLE_WITHOUT_TEMPERATURE, TUMBLE_WITHOUT_MAGNETOMETER. Their calls are declared all the same; they do not link. */
+ * TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK, TUMBLE_WITHOUT_RECORDS,
+ * TUMBLE_WITHOUT_TEMPERATURE, TUMBLE_WITHOUT_MAGNETOMETER. Their calls are declared all the same; they do not link. */
 
-/* Words in the storage of a monitor for the model of three units and more, for a calibration under way, and for aiding measurements. */
-#if defined(TUMBLE_WITHOUT_MAJORITY) || TUMBLE_UNITS == 2
-#define TUMBLE_MAJORITY_WORDS 0
-#else
+/* Words in the storage of a monitor for the model of three units and more, where the library was built with it
+ * (TUMBLE_WITH_MAJORITY), for a calibration under way, and for aiding measurements. */
+#if defined(TUMBLE_WITH_MAJORITY) && TUMBLE_UNITS > 2
 #define TUMBLE_MAJORITY_WORDS (60 + 254 * TUMBLE_UNITS + 121 * TUMBLE_UNITS * TUMBLE_UNITS / 2)
+#else
+#define TUMBLE_MAJORITY_WORDS 0
 #endif
 #ifdef TUMBLE_WITHOUT_CALIBRATION
 #define TUMBLE_CALIBRATION_WORDS 0
