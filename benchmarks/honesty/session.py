@@ -133,7 +133,7 @@ def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generato
             shown = change_shown(motion, shown)
         values, figures = [*values, shown], [*figures, "%.4f"]
     form = ",".join(["%.6f", *figures])
-    rows = [form % tuple(row) for row in np.column_stack([time, *values])]
+    rows = [form % tuple(row) for row in np.column_stack([time, *values]).tolist()]
     for change_rows in unit.rows:
         rows = change_rows(rows)
     return "\n".join([unit.head, *rows, ""])

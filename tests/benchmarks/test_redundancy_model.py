@@ -66,6 +66,13 @@ def three(body):
     return [samples_of(body, arm, seed=n) for n, arm in enumerate([(0, 0, 0), (0.05, 0, 0), (0, 0.04, 0.02)])]
 
 
+@pytest.fixture(scope="module")
+def flown_alone(three):
+    """Run of the three sound units by the model."""
+    (run,) = flown([three])
+    return run
+
+
 def test_information_in_blocks_is_batch_least_squares_of_rates():
     random = np.random.default_rng(3)
     print("seed 3")
@@ -205,21 +212,18 @@ def test_no_unit_raises_the_vibration_of_the_set_alone():
     assert of_set(ratio[:, :2], np.ones((1, 2), dtype=bool)).max() == 1.0
 
 
-def test_sound_units_learn_each_other_and_none_is_named(three):
-    (run,) = flown([three])
-    assert {event[2] for event in run.events} == {"selected"}
-    arm = run.errors.force[0, 1, 12:]
-    np.testing.assert_allclose(
-        arm, [0.05, 0.0, 0.0], atol=4.0 * np.sqrt(run.errors.force_covariance[0, 1, 12, 12])
-    )
+def test_sound_units_learn_each_other_and_none_is_named(flown_alone):
+    assert {event[2] for event in flown_alone.events} == {"selected"}
+    errors = flown_alone.errors
+    sigma = np.sqrt(errors.force_covariance[0, 1, 12, 12])
+    np.testing.assert_allclose(errors.force[0, 1, 12:], [0.05, 0.0, 0.0], atol=4.0 * sigma)
 
 
-def test_runs_of_a_batch_are_those_flown_alone(three):
+def test_runs_of_a_batch_are_those_flown_alone(three, flown_alone):
     faulty = CLASSES["gyroscope step 0.2 rad/s"].inject(three[1], 20.0, np.random.default_rng(2))
-    runs = [three, [three[0], faulty, three[2]]]
-    together = flown(runs)
-    for run, alone in zip(runs, together, strict=True):
-        assert flown([run])[0].events == alone.events
+    faulty_run = [three[0], faulty, three[2]]
+    together = flown([three, faulty_run])
+    assert [each.events for each in together] == [flown_alone.events, flown([faulty_run])[0].events]
     named = [event for event in together[1].events if event[2] == "unhealthy"]
     assert [event[1] for event in named] == [1]
     assert 20.0 < named[0][0] < 20.3
@@ -251,9 +255,8 @@ def test_the_core_takes_the_steps_of_the_model(find_delays, three):
             )
 
 
-def test_the_core_takes_stored_errors_and_gives_them_back(three):
-    stored = flown([three])[0].errors
-    rate, force = triangles(stored, 1)
+def test_the_core_takes_stored_errors_and_gives_them_back(flown_alone):
+    rate, force = triangles(flown_alone.errors, 1)
     monitor = _core.SetMonitor(2)
     monitor.set_errors(1, rate, force)
     known = monitor.errors(1)

@@ -3,39 +3,13 @@
 from __future__ import annotations
 
 import random
-import signal
-import subprocess
-import sys
 
+from certificate_issuer import issue
+from forked_stations import Station
 from made_up_calibrations import made_up, save
 from repetitions import SOAK
 from tumble.laboratory.certificate import record
 from tumble.laboratory.registry import Registry
-
-ISSUER = """
-import sys
-from tumble.foundation.errors import TumbleError
-from tumble.laboratory.certificate import record
-from tumble.laboratory.certificate.numbering import parse_pattern
-from tumble.laboratory.registry import Registry
-
-def make(number):
-    print(number, flush=True)
-    return record.Rendered(number, f"%PDF- {number}".encode(), f"<xml>{number}</xml>".encode())
-
-address, *results = sys.argv[1:]
-registry, pattern = Registry(address, patience=120.0), parse_pattern("{n}")
-for result in results:
-    try:
-        record.issue(registry, pattern, "2026-11-26", [result], make)
-    except TumbleError as error:
-        assert "is on certificate" in str(error), error
-"""
-
-
-def start(address, results):
-    words = [sys.executable, "-c", ISSUER, address, *results]
-    return subprocess.Popen(words, stdout=subprocess.PIPE)
 
 
 def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
@@ -47,18 +21,18 @@ def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
     place = registry.address.url or registry.address.path
     text = str(place) if registry.address.path else place.render_as_string(hide_password=False)
     address = text.replace("+psycopg", "")
-    running = [start(address, drawn.sample(results, units)) for _ in range(stations)]
+    running = [Station(issue, address, drawn.sample(results, units)) for _ in range(stations)]
     for _ in range(kills):
         victim = running.pop(drawn.randrange(len(running)))
-        # It goes on while its lines are read, so that it is killed in the midst of something.
+        # It goes on while it is received, so that it is killed in the midst of something.
         for _ in range(drawn.randint(0, 3)):
-            victim.stdout.readline()
-        victim.send_signal(signal.SIGKILL)
-        victim.communicate()
-        running.append(start(address, drawn.sample(results, units)))
+            victim.receive()
+        victim.kill()
+        victim.receive_all()
+        running.append(Station(issue, address, drawn.sample(results, units)))
     for each in running:
-        each.communicate()
-    assert [each.returncode for each in running] == [0] * stations
+        each.receive_all()
+    assert [each.exit_code for each in running] == [0] * stations
     opened = Registry(address)
     assert sorted(int(row["number"]) for row in record.listed(opened)) == list(range(1, units + 1))
     assert sorted(record.holding(opened, results)) == sorted(results)

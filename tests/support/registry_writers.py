@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 import random
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
+from forked_stations import Station
 from made_up_calibrations import made_up, save
-from patience import PATIENCE
 from tumble.laboratory.registry import Registry
 
-WRITER = """
-import sys
-from tumble.laboratory.registry import Registry
-address, *folders = sys.argv[1:]
-registry = Registry(address, patience=120.0)
-print("ready", flush=True)
-for folder in folders:
-    (added,) = registry.add(folder)
-    print(added.identity, flush=True)
-"""
 
-
-def start(address, folders) -> subprocess.Popen[str]:
-    """Start a program that adds results one by one and prints each identity once it is in."""
-    words = [sys.executable, "-c", WRITER, str(address), *map(str, folders)]
-    return subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+def write(report, address, folders):
+    """Adds results one by one and reports each identity once it is in."""
+    registry = Registry(address, patience=120.0)
+    report("ready")
+    for folder in folders:
+        (added,) = registry.add(folder)
+        report(added.identity)
 
 
 def compete(address, folder: Path, *, writers: int, results: int, kills: int, seed: int) -> None:
@@ -39,17 +28,17 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
     drawn = random.Random(seed)
     folders = [save(folder / f"{n}", made_up(serial=str(n), log=f"log {n}")) for n in range(results)]
     acknowledged: set[str] = set()
-    running = [start(address, drawn.sample(folders, results)) for _ in range(writers)]
+    running = [Station(write, str(address), drawn.sample(folders, results)) for _ in range(writers)]
     for _ in range(kills):
         victim = running.pop(drawn.randrange(len(running)))
-        # It goes on while its lines are read, so that it is killed in the midst of something.
-        first = [victim.stdout.readline().strip() for _ in range(drawn.randint(0, results))]
-        victim.send_signal(signal.SIGKILL)
-        acknowledged |= {*filter(is_identity, first), *said(victim)}
-        running.append(start(address, drawn.sample(folders, results)))
+        # It goes on while it is received, so that it is killed in the midst of something.
+        first = [victim.receive() for _ in range(drawn.randint(0, results))]
+        victim.kill()
+        acknowledged |= identities(first) | identities(victim.receive_all())
+        running.append(Station(write, str(address), drawn.sample(folders, results)))
     for each in running:
-        acknowledged |= said(each)
-        assert each.returncode == 0
+        acknowledged |= identities(each.receive_all())
+        assert each.exit_code == 0
     registry = Registry(address)
     listed = [row["calibration"] for row in registry.list()]
     assert len(listed) == len(set(listed)) == results
@@ -60,12 +49,6 @@ def compete(address, folder: Path, *, writers: int, results: int, kills: int, se
     assert found.entries == results + 1
 
 
-def said(writer: subprocess.Popen[str]) -> set[str]:
-    """Identities that a program printed in whole before its end."""
-    out, _ = writer.communicate(timeout=PATIENCE)
-    return set(filter(is_identity, out.splitlines()))
-
-
-def is_identity(line: str) -> bool:
-    """Return whether a line is the identity of a result, in whole."""
-    return len(line) == 64
+def identities(received) -> set[str]:
+    """Identities among texts that a writer reported; one that was killed reported none at its end."""
+    return {text for text in received if text is not None and len(text) == 64}

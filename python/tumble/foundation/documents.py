@@ -94,7 +94,7 @@ class Document(BaseModel):
             if issubclass(kind, Document):
                 own = field_docstrings(kind)
                 declared = vars(kind).get("__annotations__", {})
-                meanings = {name: text for name, text in meanings.items() if name not in declared} | own
+                meanings = {name: text for name, text in meanings.items() if name not in declared} | dict(own)
         return meanings
 
     @model_serializer(mode="wrap")
@@ -342,10 +342,12 @@ def _part(part: object) -> str:
 _LONGEST_KEY = 60
 
 
-def _known_keys(model: type[BaseModel]) -> list[str]:
+@cache
+def _known_keys(model: type[BaseModel]) -> tuple[str, ...]:
+    """Keys of a kind of document and of its parts, sorted."""
     schema = model.model_json_schema()
     parts = [schema, *schema.get("$defs", {}).values()]
-    return sorted({key for part in parts for key in part.get("properties", {})})
+    return tuple(sorted({key for part in parts for key in part.get("properties", {})}))
 
 
 def _in_words(detail: dict[str, Any], model: type[BaseModel]) -> str:

@@ -5,18 +5,23 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
+from collections.abc import Mapping
+from functools import cache
 from itertools import pairwise
+from types import MappingProxyType
 
 
-def field_docstrings(kind: type) -> dict[str, str]:
+# To find the source of a class, Python parses all of its module.
+@cache
+def field_docstrings(kind: type) -> Mapping[str, str]:
     """Returns the docstring of each field that has one; none of a class that was made without source."""
     try:
         source = inspect.getsource(kind)
     except (OSError, TypeError):
-        return {}
+        return MappingProxyType({})
     (body,) = ast.parse(textwrap.dedent(source)).body
     assert isinstance(body, ast.ClassDef)
-    return {
+    found = {
         field.target.id: inspect.cleandoc(text.value.value)
         for field, text in pairwise(body.body)
         if isinstance(field, ast.AnnAssign)
@@ -25,3 +30,4 @@ def field_docstrings(kind: type) -> dict[str, str]:
         and isinstance(text.value, ast.Constant)
         and isinstance(text.value.value, str)
     }
+    return MappingProxyType(found)
