@@ -29,6 +29,7 @@ use tumble_core::redundancy::platform::{
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use tumble_core::redundancy::settings::RedundancySettings as CoreSettings;
+use tumble_core::redundancy::unit_count::MAJORITY;
 
 #[cfg(feature = "aiding")]
 pub use crate::redundancy::aiding::{Aiding, AidingKind};
@@ -65,7 +66,7 @@ pub const TUMBLE_REDUNDANCY_WORDS: usize = 102
     + TUMBLE_AIDING_WORDS;
 
 /// Words for the model by which three units and more judge one another; `cbindgen.toml` has them for C.
-pub const TUMBLE_MAJORITY_WORDS: usize = if cfg!(feature = "majority") && UNITS > 2 {
+pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY > 0 && UNITS > 2 {
     60 + 254 * UNITS + 121 * UNITS * UNITS / 2
 } else {
     0
