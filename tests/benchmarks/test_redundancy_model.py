@@ -198,7 +198,7 @@ def test_the_vote_names_the_unit_without_which_others_agree():
     ratio = np.zeros((7, 2, 3, 2))
     ratio[0, 0, [0, 2], 0], ratio[0, 0, 1, 0] = 2.0, 0.2
     ratio[0, 1, :, 0] = 1.5
-    deviation = np.ones((7, 2, 3, 2, 3))
+    deviation = np.ones((7, 2, 3, 2, 3)) * ratio[..., None]
     vote = Vote(((0, 1), (0, 2), (1, 2)), 3, ratio.shape)
     both = np.ones((2, 3), dtype=bool)
     assert vote.found(ratio, deviation, both).tolist() == [-1, -1]

@@ -11,7 +11,7 @@ import pytest
 
 from redundancy_sets import PRIMARY, QUICK, SOUND, motion, record, typed, units
 
-BEGINS, ENDS = 9.0, 12.0
+BEGINS, ENDS = 18.0, 21.0
 """s between which units go wrong, in motion."""
 LIKE = replace(SOUND, name="imu2", accelerometer_bias=(-0.01, 0.02, 0.0), gyroscope_bias=(-0.001, 0.0, 0.001))
 RANGE = 20.0
@@ -20,8 +20,8 @@ RANGE = 20.0
 
 @pytest.fixture
 def said():
-    """Three units that agree, in motion from 6 to 18 s."""
-    return record([PRIMARY, LIKE, SOUND], 51, motion(rest=6.0, moving=12.0, after=6.0))
+    """Three units that agree, in motion from 6 to 27 s."""
+    return record([PRIMARY, LIKE, SOUND], 51, motion(rest=6.0, moving=21.0, after=6.0))
 
 
 def replayed(said, folder, *more):

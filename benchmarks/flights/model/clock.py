@@ -39,6 +39,8 @@ LEAST_SIGMA = 2e-3
 """s, of a delay: filters of units differ, and so do delays from one motion to another."""
 CRYSTAL = 2e-4
 """1 sigma of the rate of a crystal against another."""
+CLEAR = 10.0
+"""Square of the derivative over that of its noise, with which a delay is found too small by a tenth."""
 CONTRADICTED = 4.0
 """Sigmas beyond which a span is left out."""
 BEGINS = (FOUND + APPLIED + SPANS[0] + APPLIED + 1) * HOP
@@ -150,6 +152,9 @@ def _found(primary: UnitWindows, unit: UnitWindows, end: int) -> float | None:
         return None
     before, least, after = left[best - 1 : best + 2]
     curvature = before - 2.0 * least + after
+    windows = FOUND - abs(best - SOUGHT)
+    if CORRELATED / 3.0 * least * 2.0 * HOP**2 > COARSE**2 * windows * curvature:
+        return None
     return HOP * (best - SOUGHT + 0.5 * (before - after) / curvature)
 
 
@@ -178,6 +183,8 @@ def _left(primary: UnitWindows, unit: UnitWindows, start: int, end: int) -> tupl
         return None
     squares, product = max(float(np.sum(along**2)), 1e-6), float(np.sum(apart * along))
     left = max(float(np.sum(apart**2)) - product**2 / squares, 0.0)
+    if squares < CLEAR * 0.75 * left / HOP**2:
+        return None
     sigma = float(np.sqrt(CORRELATED * left / (3.0 * count * squares)))
     return (-product / squares, sigma) if sigma < SIGNIFICANT else None
 

@@ -51,12 +51,16 @@ class Vote:
         """Returns the unit (b,) that was odd in two windows in succession, or -1; active pairs are (b, p)."""
         known = np.where(active[None, :, :, None], ratio, 0.0)
         worst = known.max(axis=2)
-        left = np.stack([known[:, :, some].max(axis=2, initial=0.0) for some in self.without])
+        at = np.argmax(known, axis=2)
+        now = np.take_along_axis(deviation, at[:, :, None, :, None], axis=2)[:, :, 0]
+        # A deviation beyond the limit of one pair is no agreement in another.
+        size = np.maximum(np.linalg.norm(now, axis=-1), np.finfo(float).eps)
+        in_limits = (worst / size)[:, :, None] * np.linalg.norm(deviation, axis=-1)
+        limited = np.where(known > 0.0, np.maximum(known, in_limits), 0.0)
+        left = np.stack([limited[:, :, some].max(axis=2, initial=0.0) for some in self.without])
         ordered = np.sort(left, axis=0)
         best = np.argmin(left, axis=0)
         is_odd = (worst > 1.0) & (ordered[0] < CLEAR) & (ordered[0] < CLEARER * ordered[1])
-        at = np.argmax(known, axis=2)
-        now = np.take_along_axis(deviation, at[:, :, None, :, None], axis=2)[:, :, 0]
         sizes = np.linalg.norm(now, axis=-1) * np.linalg.norm(self.deviation, axis=-1)
         steady = np.sum(now * self.deviation, axis=-1) > STEADY * sizes
         odd = np.where(is_odd, best, -1)

@@ -41,7 +41,7 @@ SOUND = 4.0
 """Evidence at rest within which a unit is sound."""
 SETTLED = 10.0
 """s of agreement after which a dispute is over."""
-DWELL = 2
+DWELL = (2, 20)
 """Windows in succession in which two units disagree before it is reported."""
 
 
@@ -227,7 +227,7 @@ class Monitor:
         disputed = ~np.isnan(self.disputed_since) & (active.sum(axis=1) == 2)
         suspect = np.where(active, evidence, -np.inf)
         # A disagreement of motion alone, as of a scale, is none that a rest decides.
-        lasting = (self.disputing >= DWELL).any(axis=1)
+        lasting = (self.disputing >= DWELL[0]).any(axis=1)
         shown = ~np.isnan(evidence).any(axis=1) & self.rests.is_rest & lasting
         for run in np.nonzero(shown & disputed)[0]:
             worst, other = np.argsort(-suspect[run])[:2]
@@ -286,10 +286,10 @@ class Monitor:
             self.voted_out[run, odd[run]] = True
             self._name(run, odd[run], now, "out of family")
         worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 3))
-        before = self.disputing.copy()
         self.disputing = np.where(worst > 1.0, self.disputing + 1, 0)
-        for run, pair in zip(*np.nonzero((self.disputing >= DWELL) & (before < DWELL)), strict=True):
-            if not enough[run] and np.isnan(self.disputed_since[run]):
+        dwell = np.where(enough, DWELL[1], DWELL[0])[:, None]
+        for run, pair in zip(*np.nonzero(self.disputing >= dwell), strict=True):
+            if np.isnan(self.disputed_since[run]):
                 self.disputed_since[run] = now
                 unit = int(self.test.second[pair])
                 self.events[run].append((now, unit, "disagree", {"other": int(self.test.first[pair])}))

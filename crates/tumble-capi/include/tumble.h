@@ -41,7 +41,13 @@
  * TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK, TUMBLE_WITHOUT_RECORDS,
  * TUMBLE_WITHOUT_TEMPERATURE, TUMBLE_WITHOUT_MAGNETOMETER. Their calls are declared all the same; they do not link. */
 
-/* Words in the storage of a monitor for a calibration under way, and for aiding measurements. */
+/* Words in the storage of a monitor for the model of three units and more, where the library was built with it
+ * (TUMBLE_WITH_MAJORITY), for a calibration under way, and for aiding measurements. */
+#if defined(TUMBLE_WITH_MAJORITY) && TUMBLE_UNITS > 2
+#define TUMBLE_MAJORITY_WORDS (60 + 254 * TUMBLE_UNITS + 121 * TUMBLE_UNITS * TUMBLE_UNITS / 2)
+#else
+#define TUMBLE_MAJORITY_WORDS 0
+#endif
 #ifdef TUMBLE_WITHOUT_CALIBRATION
 #define TUMBLE_CALIBRATION_WORDS 0
 #else
@@ -70,7 +76,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((((102 + (167 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
+#define TUMBLE_REDUNDANCY_WORDS (((((102 + (167 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_MAJORITY_WORDS) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
@@ -797,6 +803,10 @@ enum tumble_reason
      * Unhealthy: by `value` s its samples come later, or earlier, than they did beside those of the others.
      */
     TUMBLE_REASON_CLOCK,
+    /**
+     * Unhealthy: `value` of its time lacks samples, a share of 1.
+     */
+    TUMBLE_REASON_LOSSY,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

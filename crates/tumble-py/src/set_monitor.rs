@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::redundancy::model::monitor::{SetEvent, SetEventKind};
-use tumble_core::redundancy::model::test::PairFinding;
+use tumble_core::redundancy::model::test::Exceedance;
 use tumble_lab::redundancy::dyn_monitor::MOST_UNITS;
 use tumble_lab::redundancy::dyn_set::{DynSet, build, fly};
 use tumble_lab::setting::in_seconds;
@@ -103,13 +103,13 @@ fn told<'py>(py: Python<'py>, event: &SetEvent<f64>, origin: f64) -> PyResult<To
             tell(&figures, &finding)?;
         }
         SetEventKind::Selected { why } => figures.set_item("reason", why.name())?,
-        SetEventKind::Healthy | SetEventKind::Agree => {}
+        SetEventKind::Healthy | SetEventKind::Agree { .. } => {}
     }
     let unit = event.unit.map_or(-1, |unit| unit as i64);
     Ok((in_seconds(event.time) + origin, unit, event.kind.name(), figures))
 }
 
-fn tell(figures: &Bound<'_, PyDict>, finding: &PairFinding<f64>) -> PyResult<()> {
+fn tell(figures: &Bound<'_, PyDict>, finding: &Exceedance<f64>) -> PyResult<()> {
     figures.set_item("sensor", finding.sensor.name())?;
     figures.set_item("seconds", finding.seconds)?;
     figures.set_item("ratio", finding.ratio)

@@ -29,6 +29,7 @@ use tumble_core::redundancy::platform::{
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use tumble_core::redundancy::settings::RedundancySettings as CoreSettings;
+use tumble_core::redundancy::unit_count::MAJORITY;
 
 #[cfg(feature = "aiding")]
 pub use crate::redundancy::aiding::{Aiding, AidingKind};
@@ -57,8 +58,19 @@ use crate::status::{Status, StatusResult, status};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize =
-    102 + 167 * UNITS + 4 * UNITS * UNITS + TUMBLE_CALIBRATION_WORDS + TUMBLE_AIDING_WORDS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 102
+    + 167 * UNITS
+    + 4 * UNITS * UNITS
+    + TUMBLE_MAJORITY_WORDS
+    + TUMBLE_CALIBRATION_WORDS
+    + TUMBLE_AIDING_WORDS;
+
+/// Words for the model by which three units and more judge one another; `cbindgen.toml` has them for C.
+pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY > 0 && UNITS > 2 {
+    60 + 254 * UNITS + 121 * UNITS * UNITS / 2
+} else {
+    0
+};
 
 /// Words for a calibration under way; `cbindgen.toml` has them for C.
 pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 304 } else { 0 };

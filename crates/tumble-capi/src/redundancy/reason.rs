@@ -123,6 +123,8 @@ pub enum Reason {
     Copy,
     /// Unhealthy: by `value` s its samples come later, or earlier, than they did beside those of the others.
     Clock,
+    /// Unhealthy: `value` of its time lacks samples, a share of 1.
+    Lossy,
 }
 
 /// The twin of a core's reason, which has a variant of the same name.
@@ -167,6 +169,7 @@ impl Reason {
             HealthFault::Duplicated => Self::Duplicated,
             HealthFault::Copy { .. } => Self::Copy,
             HealthFault::Clock { .. } => Self::Clock,
+            HealthFault::Lossy { .. } => Self::Lossy,
         }
     }
 

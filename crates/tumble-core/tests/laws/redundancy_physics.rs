@@ -78,7 +78,7 @@ fn secondaries_that_aged_differently_are_calibrated_again() {
 
 #[test]
 fn two_secondaries_that_agree_at_the_first_rest_are_not_stale() {
-    let parts = [off([0.3, 0.0, 0.0]), Part::exact(), Part::exact()];
+    let parts = [off([0.5, 0.0, 0.0]), Part::exact(), Part::exact()];
     let flight = since::<3>(&Mission::new(1, &parts));
     for unit in 1..3 {
         assert!(

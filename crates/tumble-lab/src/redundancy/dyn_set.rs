@@ -3,7 +3,7 @@
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::model::error::SecondaryErrors;
 use tumble_core::redundancy::model::monitor::{SetEvent, SetEventKind, SetMonitor};
-use tumble_core::redundancy::model::test::PairFinding;
+use tumble_core::redundancy::model::test::Exceedance;
 use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
@@ -58,8 +58,9 @@ where
 }
 
 fn widened<T: Real>(event: &SetEvent<T>) -> SetEvent<f64> {
-    let wide_finding = |finding: &PairFinding<T>| PairFinding {
+    let wide_finding = |finding: &Exceedance<T>| Exceedance {
         ratio: wide(finding.ratio),
+        apart: wide(finding.apart),
         sensor: finding.sensor,
         seconds: wide(finding.seconds),
     };
@@ -73,7 +74,10 @@ fn widened<T: Real>(event: &SetEvent<T>) -> SetEvent<f64> {
             finding: wide_finding(finding),
         },
         SetEventKind::Healthy => SetEventKind::Healthy,
-        SetEventKind::Agree => SetEventKind::Agree,
+        SetEventKind::Agree { other, sensor } => SetEventKind::Agree {
+            other: *other,
+            sensor: *sensor,
+        },
         SetEventKind::Selected { why } => SetEventKind::Selected { why: *why },
     };
     SetEvent {

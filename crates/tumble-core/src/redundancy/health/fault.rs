@@ -114,6 +114,13 @@ crate::vocabulary! {
             /// Largest growth that is accepted, s.
             limit: T,
         } = "clock",
+        /// The unit loses too many samples.
+        Lossy {
+            /// Share of time in which samples are missing, 1.
+            share: T,
+            /// Largest share that is accepted, 1.
+            limit: T,
+        } = "lossy",
     }
 }
 
@@ -207,8 +214,8 @@ impl<T: Real> HealthFault<T> {
                 deviation: value,
                 limit,
             } => of_sensor(sensor, value, Some(limit)),
-            Self::Clock { by, limit } => FaultFigures {
-                value: Some(by),
+            Self::Clock { by: value, limit } | Self::Lossy { share: value, limit } => FaultFigures {
+                value: Some(value),
                 limit: Some(limit),
                 ..FaultFigures::NONE
             },
@@ -231,6 +238,7 @@ impl<T: Real> HealthFault<T> {
             | Self::ImplausibleAtRest { .. }
             | Self::Duplicated
             | Self::Clock { .. }
+            | Self::Lossy { .. }
             | Self::Spikes { .. } => true,
             Self::Late { .. }
             | Self::Frozen { .. }
@@ -259,6 +267,7 @@ impl<T: Real> HealthFault<T> {
             | Self::Duplicated
             | Self::Copy { .. }
             | Self::Clock { .. }
+            | Self::Lossy { .. }
             | Self::ClockJumped => Condition::Doubtful,
         }
     }
@@ -268,7 +277,11 @@ impl<T: Real> HealthFault<T> {
     pub fn is_found_by_comparison(&self) -> bool {
         matches!(
             self,
-            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Isolated { .. } | Self::Clock { .. }
+            Self::OutOfFamily { .. }
+                | Self::Noisy { .. }
+                | Self::Isolated { .. }
+                | Self::Clock { .. }
+                | Self::Lossy { .. }
         )
     }
 

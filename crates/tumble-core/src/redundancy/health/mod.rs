@@ -354,6 +354,11 @@ impl<T: Real> Health<T> {
         self.exclude(fault, self.time);
     }
 
+    /// Returns whether comparison with the other units found a sensor faulty.
+    pub fn is_contradicted(&self, sensor: Sensor) -> bool {
+        *sensor.of(&self.contradicted)
+    }
+
     /// Clears a fault found by comparison with the other units.
     pub fn clear(&mut self, sensor: Sensor) {
         if core::mem::replace(sensor.of_mut(&mut self.contradicted), false) {

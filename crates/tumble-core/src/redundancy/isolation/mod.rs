@@ -332,6 +332,17 @@ where
         sensor.of_mut(&mut self.sensors).withdraw_vote(unit);
     }
 
+    /// Marks a sensor as faulty that others found so.
+    pub(crate) fn exclude(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).exclude(unit);
+    }
+
+    /// Ends disputes and forgets means, as others decide from now on, or did so far.
+    pub(crate) fn leave(&mut self) {
+        self.restart_time();
+        self.sensors.iter_mut().for_each(SensorIsolator::end_dispute);
+    }
+
     /// Resets the evidence on a sensor that a check against physics has cleared.
     pub(crate) fn begin_anew(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).begin_anew(unit);

@@ -5,7 +5,8 @@
 //! no drift.
 
 use super::table::{
-    APPLIED, CLOCK_SIGMAS, CONTRADICTED, HOP, HOP_SECONDS, SHARED, SIGMAS, SIGNIFICANT, SPANS, UNCALIBRATED,
+    APPLIED, CLOCK_SIGMAS, CONTRADICTED, HOP, HOP_SECONDS, SHARED, SHOWN, SIGMAS, SIGNIFICANT, SPANS,
+    UNCALIBRATED,
 };
 use super::triangle::InformationTriangle;
 use super::window::UnitWindow;
@@ -323,6 +324,12 @@ impl<T: Real> DelaySearch<T> {
         let before = self.by_delay.get(tried.checked_sub(1)?)?.mean_square(finding())?;
         let after = self.by_delay.get(tried + 1)?.mean_square(finding())?;
         let curvature = before - least - least + after;
+        let [_, coarse, ..] = CLOCK_SIGMAS.map(real::<T>);
+        let vectors = count::<T>(finding()) - count(tried.abs_diff(SOUGHT) as u32);
+        let variance = real::<T>(CORRELATED / 3.0 * 2.0 * HOP_SECONDS * HOP_SECONDS) * least;
+        if variance > coarse * coarse * vectors * curvature {
+            return None; // eq. 25a
+        }
         let windows = count::<T>(tried as u32) - count(SOUGHT as u32);
         Some(real::<T>(HOP_SECONDS) * (windows + real::<T>(0.5) * (before - after) / curvature))
     }
@@ -363,6 +370,10 @@ impl<T: Real> DelayFit<T> {
         }
         let along = larger(self.along, real(1e-6));
         let left = larger(self.apart - self.products * self.products / along, T::zero());
+        // Noise of derivatives makes a delay too small.
+        if along < real::<T>(SHOWN * 0.75 / (HOP_SECONDS * HOP_SECONDS)) * left {
+            return None;
+        }
         let sigma = (real::<T>(CORRELATED / 3.0) * left / (vectors * along)).square_root();
         (sigma < real(SIGNIFICANT)).then(|| (-self.products / along, sigma))
     }

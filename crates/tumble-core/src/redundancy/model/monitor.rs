@@ -8,17 +8,17 @@ use super::motion::MotionOfSet;
 use super::own::{Others, Own, Reason};
 use super::rest::{self, UnitRest};
 use super::table::{
-    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
-    SYNCHRONISED, WAIT,
+    AGREEING, BEGINS, BLOCK, BLOCK_SCALE, BLOCK_SECONDS, BOUNDS, COUNT, DWELL, EVIDENCE, HOP, LATE, RETURNS,
+    SLOWEST, SYNCHRONISED, WAIT,
 };
-use super::test::{MotionMeans, PairComparison, PairFinding, PairTest, TestConditions, Timing};
+use super::test::{Exceedance, MotionMeans, PairComparison, PairTest, TestConditions, Timing};
 use super::vibration::{self, Vibration};
 use super::vote::{Named, Vote};
 use super::window::{UnitWindow, UnitWindows};
 use crate::real::{Real, real, seconds, whole_spans};
 use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::optional_time::OptionalTime;
-use crate::redundancy::sensor::SENSORS;
+use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 use crate::sample::{CHANNELS, Sample};
@@ -31,8 +31,8 @@ crate::vocabulary! {
         Unhealthy {
             /// Reason.
             reason: Reason,
-            /// The finding, where others show it.
-            finding: Option<PairFinding<T>>,
+            /// The deviation that shows it, where there is one.
+            finding: Option<Exceedance<T>>,
         } = "unhealthy",
         /// A unit counts again.
         Healthy = "healthy",
@@ -41,10 +41,15 @@ crate::vocabulary! {
             /// The other unit.
             other: usize,
             /// The finding that shows it.
-            finding: PairFinding<T>,
+            finding: Exceedance<T>,
         } = "disagree",
-        /// All units agree again.
-        Agree = "agree",
+        /// Two units that disagreed agree again.
+        Agree {
+            /// The other unit.
+            other: usize,
+            /// Sensor by which they disagreed.
+            sensor: Sensor,
+        } = "agree",
         /// The source changed.
         Selected {
             /// Reason.
@@ -110,17 +115,24 @@ where
     errors: <Units<UNITS> as UnitCount>::OfSecondaries<SecondaryErrors<T>>,
     motion: MotionMeans<T>,
     vote: Vote<T>,
-    bounds: Bounds,
+    bounds: Bounds<T>,
     gathering: Gathering<T, UNITS>,
     waiting: Option<LearningBlock<T, UNITS>>,
     voted_out: UnitSet,
     beyond: UnitSet,
     has_learnt: bool,
-    disputed_since: OptionalTime,
+    /// Units that disagree, and the sensor that shows it.
+    dispute: Option<([usize; 2], Sensor)>,
     disputed_last: OptionalTime,
     source: Option<Option<u8>>,
     /// True if the clocks of secondaries are those of the units, and not the primary's.
     finds_delays: bool,
+    /// True if it decides between the last two units that count, at rest.
+    decides_between_two: bool,
+    /// Units that others found at fault, or that send nothing of use.
+    left_out: UnitSet,
+    /// Units of pairs that disagreed in the latest window.
+    disputed: UnitSet,
     /// Time of the newest sample of any unit.
     newest: Option<u64>,
     /// Number of the first window, and of those since.
@@ -164,27 +176,144 @@ where
             errors: <Units<UNITS> as UnitCount>::filled(SecondaryErrors::uncalibrated()),
             motion: MotionMeans::new(),
             vote: Vote::new(),
-            bounds: Bounds::default(),
+            bounds: Bounds::new(BOUNDS.map(|limits| limits.map(real))),
             gathering: Gathering::new(),
             waiting: None,
             voted_out: UnitSet::default(),
             beyond: UnitSet::default(),
             has_learnt: false,
-            disputed_since: OptionalTime::NONE,
+            dispute: None,
             disputed_last: OptionalTime::NONE,
             source: None,
             finds_delays,
+            decides_between_two: true,
+            left_out: UnitSet::default(),
+            disputed: UnitSet::default(),
             newest: None,
             first: 0,
             so_far: None,
         }
     }
 
-    /// States the errors of a secondary, numbered from 1, before its first sample.
+    /// Decides between the last two units that count, at rest, or leaves it to others.
+    pub fn decide_between_two(&mut self, decides: bool) {
+        self.decides_between_two = decides;
+    }
+
+    /// Returns whether two units disagree of which none is known to be wrong.
+    pub fn is_disputed(&self) -> bool {
+        self.dispute.is_some()
+    }
+
+    /// Begins anew, in place.
+    pub fn reset(&mut self) {
+        self.restart_time();
+        for errors in self.errors.as_mut() {
+            *errors = SecondaryErrors::uncalibrated();
+        }
+        for pair in self.pairs.as_mut() {
+            pair.test = PairTest::new();
+        }
+        self.bounds = Bounds::new(BOUNDS.map(|limits| limits.map(real)));
+        self.voted_out = UnitSet::default();
+        self.beyond = UnitSet::default();
+        self.left_out = UnitSet::default();
+        self.has_learnt = false;
+        self.source = None;
+    }
+
+    /// Forgets all windows after a jump of the time of the set; errors, noise and decisions stay.
+    pub fn restart_time(&mut self) {
+        for unit in &mut self.units {
+            unit.windows = UnitWindows::new();
+            unit.vibration = Vibration::new();
+            unit.own = Own::new();
+            unit.rest = UnitRest::new();
+            unit.clock = Clock::new();
+            (unit.own_until, unit.agreed_since) = (0, 0);
+        }
+        for pair in self.pairs.as_mut() {
+            pair.test.forget();
+            pair.disputing = 0;
+        }
+        self.motion = MotionMeans::new();
+        self.vote = Vote::new();
+        self.gathering = Gathering::new();
+        self.waiting = None;
+        self.dispute = None;
+        self.disputed_last = OptionalTime::NONE;
+        self.disputed = UnitSet::default();
+        (self.newest, self.first, self.so_far) = (None, 0, None);
+    }
+
+    /// Returns whether a unit samples too slowly for windows of 0.1 s.
+    pub fn is_slow(&self) -> bool {
+        self.units
+            .iter()
+            .any(|unit| unit.windows.interval() > real(SLOWEST))
+    }
+
+    /// Number of windows so far.
+    pub fn windows(&self) -> u32 {
+        self.so_far.unwrap_or(0)
+    }
+
+    /// Units that count, once the set has been compared for long enough to name one; none before.
+    pub fn sound(&self) -> UnitSet {
+        let windows = u64::from(self.windows());
+        let now = (self.first + windows).saturating_mul(HOP);
+        if windows.saturating_mul(HOP) < self.begins() {
+            return UnitSet::default();
+        }
+        self.active(now)
+    }
+
+    /// Units of pairs that disagreed in the latest window.
+    pub fn disputed(&self) -> UnitSet {
+        self.disputed
+    }
+
+    /// Leaves out units that others found at fault, or that send nothing of use, and no others.
+    pub fn leave_out(&mut self, units: UnitSet) {
+        self.left_out = units;
+    }
+
+    /// Takes a unit for wrong that others named, until it has agreed with the rest for a while.
+    pub fn exclude(&mut self, unit: usize) {
+        self.voted_out.insert(unit);
+        let now = (self.first + u64::from(self.windows())).saturating_mul(HOP);
+        if let Some(unit) = self.units.get_mut(unit) {
+            unit.agreed_since = now;
+        }
+    }
+
+    /// Lets a unit count again that was wrong.
+    pub fn readmit(&mut self, unit: usize) {
+        self.voted_out.remove(unit);
+        self.beyond.remove(unit);
+    }
+
+    /// us after the first window until units are compared.
+    fn begins(&self) -> u64 {
+        if self.finds_delays { SYNCHRONISED } else { BEGINS }
+    }
+
+    /// States the largest errors of a sound unit, m/s^2 and rad/s: of the primary at rest, and of any unit.
+    pub fn set_limits(&mut self, limits: [[T; 2]; 2]) {
+        self.bounds = Bounds::new(limits);
+    }
+
+    /// States the errors of a secondary, numbered from 1.
     pub fn set_errors(&mut self, unit: usize, errors: &SecondaryErrors<T>) {
         let secondary = unit.checked_sub(1);
         if let Some(place) = secondary.and_then(|secondary| self.errors.as_mut().get_mut(secondary)) {
             *place = *errors;
+        }
+        // Differences of pairs were taken beside other errors.
+        for (pair, units) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
+            if units.contains(&unit) {
+                pair.test.forget();
+            }
         }
     }
 
@@ -263,8 +392,7 @@ where
         }
         self.take_delays(number, index, &windows);
         let is_rest = self.take_rest(&windows);
-        let begins = if self.finds_delays { SYNCHRONISED } else { BEGINS };
-        let has_begun = now.saturating_sub(self.first.saturating_mul(HOP)) >= begins;
+        let has_begun = now.saturating_sub(self.first.saturating_mul(HOP)) >= self.begins();
         if has_begun {
             self.look_at_own(now, number, (&windows, &motion), is_rest, report);
         }
@@ -279,8 +407,11 @@ where
         let (worst, named) = self.compare(&at);
         if has_begun {
             self.look_at_vote(&at, named, report);
-            self.look_at_dispute(&at, &worst, report);
-            self.look_at_rest(&at, report);
+            if self.decides_between_two || at.active.count() > 2 {
+                self.look_at_dispute(&at, &worst, report);
+                self.look_at_rest(&at, report);
+            }
+            self.disputed = disputed(&at, &worst);
             self.reinstate(&at, &worst, report);
         }
         self.select(now, report);
@@ -320,7 +451,9 @@ where
 
     fn active(&self, now: u64) -> UnitSet {
         let is_so = |unit: usize| self.units.get(unit).is_some_and(|unit| now >= unit.own_until);
-        UnitSet::of::<UNITS>(is_so).without(self.voted_out)
+        UnitSet::of::<UNITS>(is_so)
+            .without(self.voted_out)
+            .without(self.left_out)
     }
 
     /// Names units by what their own samples show.
@@ -351,14 +484,14 @@ where
             windows_so_far: number.saturating_add(1),
         };
         for (number, unit) in self.units.iter_mut().enumerate() {
-            for reason in unit
+            for (reason, finding) in unit
                 .own
                 .faults(number, &unit.vibration, &others)
                 .into_iter()
                 .flatten()
             {
                 if now >= unit.own_until && !self.voted_out.contains(number) {
-                    report(&unhealthy(now, number, reason));
+                    report(&unhealthy(now, number, reason, finding));
                 }
                 unit.own_until = now.saturating_add(returns);
             }
@@ -370,11 +503,12 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
     ) -> (
-        <Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        <Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         Option<Named<T>>,
     ) {
         let is_active = core::array::from_fn(|unit| at.active.contains(unit));
-        let shaking = vibration::of_set(self.units.each_ref().map(|unit| &unit.vibration), &is_active);
+        let vibrations = self.units.each_ref().map(|unit| &unit.vibration);
+        let shaking = vibration::of_set(vibrations, &is_active);
         let some = at.windows.iter().any(|window| window.is_whole);
         self.motion.take(at.motion, some);
         self.take_pairs(at);
@@ -395,7 +529,7 @@ where
             ratio: [T::zero(); 2],
         };
         let mut compared = <Units<UNITS> as UnitCount>::filled_pairs(none);
-        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(PairFinding::none());
+        let mut worst = <Units<UNITS> as UnitCount>::filled_pairs(Exceedance::none());
         let mut named = None;
         for (scale, shaking) in shaking.into_iter().enumerate() {
             let (motion, bends) = self.motion.over(scale);
@@ -414,8 +548,12 @@ where
                     (variances.get(i), variances.get(j), timing.get(i), timing.get(j))
                 {
                     *found = pair.test.compare(&conditions, [first, second], [one, other]);
-                    for (sensor, ratio) in SENSORS.into_iter().zip(found.ratio) {
-                        *worst = worst.or(PairFinding::of(ratio, sensor, scale));
+                    for (sensor, (ratio, deviation)) in
+                        SENSORS.into_iter().zip(found.ratio.iter().zip(&found.deviation))
+                    {
+                        if *ratio > worst.ratio {
+                            *worst = Exceedance::of(*ratio, deviation, sensor, scale);
+                        }
                     }
                 }
             }
@@ -478,22 +616,25 @@ where
             && at.active.count() > 2
         {
             self.voted_out.insert(named.unit);
-            let kind = SetEventKind::Unhealthy {
-                reason: Reason::OutOfFamily,
-                finding: Some(named.finding),
-            };
-            report(&event(at.now, named.unit, kind));
+            report(&unhealthy(
+                at.now,
+                named.unit,
+                Reason::OutOfFamily,
+                Some(named.finding),
+            ));
         }
     }
 
-    /// Reports the disagreement of two units of which none is known to be wrong, and its end.
+    /// Reports the disagreement of units of which none is known to be wrong, and its end.
     fn look_at_dispute(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let mut largest = T::zero();
+        let [of_two, of_more] = DWELL;
+        let dwell = if at.active.count() > 2 { of_more } else { of_two };
         let states = self.pairs.as_mut().iter_mut().zip(worst.as_ref());
         for ((pair, worst), [i, j]) in states.zip(pairs::<UNITS>()) {
             let ratio = if at.active.contain_both([i, j]) {
@@ -507,8 +648,8 @@ where
             } else {
                 0
             };
-            if pair.disputing == DWELL && at.active.count() <= 2 && self.disputed_since.get().is_none() {
-                self.disputed_since.replace(at.now);
+            if pair.disputing >= dwell && self.dispute.is_none() {
+                self.dispute = Some(([i, j], worst.sensor));
                 let finding = *worst;
                 report(&event(at.now, j, SetEventKind::Disagree { other: i, finding }));
             }
@@ -518,11 +659,10 @@ where
         }
         let [_, settled] = RETURNS;
         let last = self.disputed_last.get();
-        if last.is_none_or(|last| at.now - last > settled) {
-            if self.disputed_since.get().is_some() {
-                report(&event(at.now, 1, SetEventKind::Agree));
-            }
-            self.disputed_since = OptionalTime::NONE;
+        if last.is_none_or(|last| at.now - last > settled)
+            && let Some(([other, unit], sensor)) = self.dispute.take()
+        {
+            report(&event(at.now, unit, SetEventKind::Agree { other, sensor }));
         }
     }
 
@@ -530,8 +670,9 @@ where
     fn look_at_rest(&mut self, at: &Evaluated<'_, T, UNITS>, report: ReportEvent<'_, T>) {
         let active = self.active(at.now);
         // A disagreement of motion alone, as of a scale, is none that a rest decides.
-        let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= DWELL);
-        if !at.is_rest || !is_lasting || self.disputed_since.get().is_none() || active.count() != 2 {
+        let [lasts, _] = DWELL;
+        let is_lasting = self.pairs.as_ref().iter().any(|pair| pair.disputing >= lasts);
+        if !at.is_rest || !is_lasting || self.dispute.is_none() || active.count() != 2 {
             return;
         }
         let evidence = self.units.each_ref().map(|unit| unit.rest.evidence());
@@ -551,7 +692,8 @@ where
         let [_, most, decided] = EVIDENCE.map(real::<T>);
         if of(wrong) - of(sound) > decided && of(sound) < most {
             self.voted_out.insert(wrong);
-            report(&unhealthy(at.now, wrong, Reason::Rest));
+            let shift = self.units.get(wrong).and_then(|unit| unit.rest.shift());
+            report(&unhealthy(at.now, wrong, Reason::Rest, shift));
         }
     }
 
@@ -559,7 +701,7 @@ where
     fn reinstate(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let sound = self.active(at.now);
@@ -609,7 +751,7 @@ where
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         number: u32,
-        worst: &<Units<UNITS> as UnitCount>::OfPairs<PairFinding<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
         let judged = pairs::<UNITS>().zip(worst.as_ref());
@@ -715,12 +857,29 @@ where
             variance: variances[unit],
         });
         let is_active = core::array::from_fn(|unit| active.contains(unit));
-        if let Some(unit) = self.bounds.take(&errors, &is_active, is_rest) {
+        if let Some((unit, finding)) = self.bounds.take(&errors, &is_active, is_rest) {
             self.voted_out.insert(unit);
             self.beyond.insert(unit);
-            report(&unhealthy(now, unit, Reason::OutOfLimits));
+            report(&unhealthy(now, unit, Reason::OutOfLimits, Some(finding)));
         }
     }
+}
+
+/// Units of pairs that count and disagree.
+fn disputed<T: Real, const UNITS: usize>(
+    at: &Evaluated<'_, T, UNITS>,
+    worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
+) -> UnitSet
+where
+    Units<UNITS>: UnitCount,
+{
+    let mut units = UnitSet::default();
+    for (pair, finding) in pairs::<UNITS>().zip(worst.as_ref()) {
+        if finding.ratio > T::one() && at.active.contain_both(pair) {
+            pair.into_iter().for_each(|unit| units.insert(unit));
+        }
+    }
+    units
 }
 
 fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> {
@@ -731,7 +890,6 @@ fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> 
     }
 }
 
-fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason) -> SetEvent<T> {
-    let finding = None;
+fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason, finding: Option<Exceedance<T>>) -> SetEvent<T> {
     event(time, unit, SetEventKind::Unhealthy { reason, finding })
 }

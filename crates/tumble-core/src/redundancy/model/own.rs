@@ -1,11 +1,13 @@
 //! Faults that the samples of a unit show by themselves: silence, repetition, noise, loss.
 
 use super::motion::MotionOfSet;
-use super::table::{FLOOR, LOSSY_SCALE, MOVED, NOISY, REPEATS, SCALES, WHOLE};
+use super::table::{FLOOR, HOP_SECONDS, LOSSY_SCALE, MOVED, NOISY, REPEATS, SCALES, WHOLE};
+use super::test::Exceedance;
 use super::vibration::Vibration;
 use super::window::UnitWindow;
-use crate::real::{Real, real};
+use crate::real::{Real, count, real};
 use crate::redundancy::components::larger;
+use crate::redundancy::sensor::SENSORS;
 use crate::sample::CHANNELS;
 
 crate::vocabulary! {
@@ -107,18 +109,20 @@ impl<T: Real> Own<T> {
         (*waiting, *block) = (*block, [0; REPEATING]);
     }
 
-    /// Faults of one of several units, by reason: late, frozen, noisy, lossy (docs/theory/set.md, section 7).
+    /// Faults of one of several units, by reason: late, frozen, noisy, with the scatter, and lossy, with the share of windows that lack samples (docs/theory/set.md,
+    /// section 7).
     pub fn faults<const UNITS: usize>(
         &mut self,
         unit: usize,
         vibration: &Vibration<T>,
         at: &Others<'_, T, UNITS>,
-    ) -> [Option<Reason>; 4] {
+    ) -> [Option<(Reason, Option<Exceedance<T>>)>; 4] {
+        let noise = self.noise(unit, at);
         [
-            at.is_late(unit).then_some(Reason::Late),
-            self.is_frozen(unit, at).then_some(Reason::Frozen),
-            self.is_noisy(unit, at).then_some(Reason::Noisy),
-            is_lossy(vibration, at.windows_so_far).then_some(Reason::Lossy),
+            at.is_late(unit).then_some((Reason::Late, None)),
+            self.is_frozen(unit, at).then_some((Reason::Frozen, None)),
+            noise.map(|noise| (Reason::Noisy, Some(noise))),
+            loss(vibration, at.windows_so_far).map(|loss| (Reason::Lossy, Some(loss))),
         ]
     }
 
@@ -149,10 +153,12 @@ impl<T: Real> Own<T> {
         (too_often(CHANNELS) && any_moves) || (0..CHANNELS).any(is_stuck)
     }
 
-    fn is_noisy<const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> bool {
+    /// Scatter of a sensor that has been too large for some windows.
+    fn noise<const UNITS: usize>(&mut self, unit: usize, at: &Others<'_, T, UNITS>) -> Option<Exceedance<T>> {
+        let mut found = None;
         let (over_usual, over_others, [in_motion, at_rest]) = NOISY;
         let windows = if at.is_rest { at_rest } else { in_motion };
-        for (sensor, noisy) in self.noisy.iter_mut().enumerate() {
+        for ((sensor, which), noisy) in SENSORS.into_iter().enumerate().zip(&mut self.noisy) {
             let of = |number: usize| {
                 at.scatter
                     .get(number)
@@ -160,10 +166,26 @@ impl<T: Real> Own<T> {
             };
             let others = (0..UNITS).filter(|other| *other != unit && at.is_active.get(*other) == Some(&true));
             let loudest = others.fold(T::one(), |loudest, other| larger(loudest, of(other)));
-            let is_loud = of(unit) > real(over_usual) && of(unit) > real::<T>(over_others) * loudest;
-            *noisy = if is_loud { noisy.saturating_add(1) } else { 0 };
+            let ratio = of(unit) / larger(real(over_usual), real::<T>(over_others) * loudest);
+            *noisy = if ratio > T::one() {
+                noisy.saturating_add(1)
+            } else {
+                0
+            };
+            if *noisy >= windows {
+                let scatter = at
+                    .windows
+                    .get(unit)
+                    .map_or(T::zero(), |window| window.scatter[sensor]);
+                found = Some(Exceedance {
+                    ratio,
+                    apart: scatter.square_root(),
+                    sensor: which,
+                    seconds: count::<T>(windows.into()) * real(HOP_SECONDS),
+                });
+            }
         }
-        self.noisy.iter().any(|noisy| *noisy >= windows)
+        found
     }
 }
 
@@ -195,7 +217,17 @@ impl<T: Real, const UNITS: usize> Others<'_, T, UNITS> {
     }
 }
 
-fn is_lossy<T: Real>(vibration: &Vibration<T>, windows: u32) -> bool {
+/// Share of windows that lack samples, if it is too large.
+fn loss<T: Real>(vibration: &Vibration<T>, windows: u32) -> Option<Exceedance<T>> {
     let scale = SCALES.get(LOSSY_SCALE).copied().unwrap_or(u16::MAX);
-    windows >= 2 * u32::from(scale) && vibration.whole_share(LOSSY_SCALE) < real(WHOLE)
+    let [sensor, _] = SENSORS;
+    let lost = T::one() - vibration.whole_share(LOSSY_SCALE);
+    let ratio = lost / real(1.0 - WHOLE);
+    let lasts = windows >= 2 * u32::from(scale);
+    (lasts && ratio > T::one()).then(|| Exceedance {
+        ratio,
+        apart: lost,
+        sensor,
+        seconds: count::<T>(scale.into()) * real(HOP_SECONDS),
+    })
 }

@@ -1,10 +1,12 @@
 //! Rests: physics bounds each unit's own error, |f| = g and w = 0, and shows which of two units changed.
 
-use super::table::{BLOCK, CHANGED, EVIDENCE, STILL};
+use super::table::{BLOCK, CHANGED, EVIDENCE, HOP_SECONDS, STILL};
+use super::test::Exceedance;
 use super::window::UnitWindow;
 use crate::gravity::STANDARD;
 use crate::real::{Real, count, real};
 use crate::redundancy::components::smaller;
+use crate::redundancy::sensor::SENSORS;
 use crate::sample::CHANNELS;
 
 /// One unit at rest: how long it has been still, its mean of the present rest, and the last one that was sound.
@@ -86,6 +88,30 @@ impl<T: Real> UnitRest<T> {
 
     /// Half the square of its change in sigmas, by sensor clipped (eq. 23); `None` where there is no rest.
     pub fn evidence(&self) -> Option<T> {
+        let (force, rate) = self.by_sensor()?;
+        Some(force.1 + rate.1)
+    }
+
+    /// The larger change of its sensors, and the one that decides between two units; `None` where there is no rest.
+    pub fn shift(&self) -> Option<Exceedance<T>> {
+        let [accelerometer, gyroscope] = SENSORS;
+        let (force, rate) = self.by_sensor()?;
+        let ((apart, evidence), sensor) = if force.1 > rate.1 {
+            (force, accelerometer)
+        } else {
+            (rate, gyroscope)
+        };
+        let [_, _, decides] = EVIDENCE.map(real::<T>);
+        Some(Exceedance {
+            ratio: (evidence / decides).square_root(),
+            apart,
+            sensor,
+            seconds: count::<T>(self.at_rest) * real(HOP_SECONDS),
+        })
+    }
+
+    /// Change of each sensor, m/s^2 and rad/s, with half its square in sigmas.
+    fn by_sensor(&self) -> Option<((T, T), (T, T))> {
         let mean = self.mean()?;
         let [changed, unknown] = CHANGED;
         let ([norm, a, b, c], sigmas) = match self.sound {
@@ -97,8 +123,11 @@ impl<T: Real> UnitRest<T> {
         };
         let [force, rate] = sigmas.map(|sigma| real::<T>(0.5 / (sigma * sigma)));
         let [most, ..] = EVIDENCE;
-        let of_force = smaller(norm * norm * force, real(most));
-        Some(of_force + smaller((a * a + b * b + c * c) * rate, real(most)))
+        let turned = a * a + b * b + c * c;
+        Some((
+            (norm.abs(), smaller(norm * norm * force, real(most))),
+            (turned.square_root(), smaller(turned * rate, real(most))),
+        ))
     }
 
     /// Takes the mean of a unit that agrees as sound.

@@ -21,6 +21,8 @@ pub const LOSSY_SCALE: usize = 5;
 pub const FORCE_WINDOWS: u8 = 10;
 /// us for which a window waits for units that are behind: the clocks of flights are up to 98 ms apart.
 pub const WAIT: u64 = 3 * HOP;
+/// s: longest usual sample interval of a unit that a majority judges, of 50 Hz by a clock of its own: four samples lie under a triangle.
+pub const SLOWEST: f64 = 0.0225;
 /// us over which samples are counted, and how often, before the interval is known: half a second.
 pub const COUNTED: (u64, u8) = (SECOND / 4, 2);
 /// Sample interval over the usual one beyond which a window is dropped: a sample is missing.
@@ -37,6 +39,8 @@ pub const SHARED: f64 = 0.5;
 /// 1 sigma of a delay that no motion has shown, of one found among whole windows, of any other at least, s, and of the rate of
 /// a crystal against another.
 pub const CLOCK_SIGMAS: [f64; 4] = [0.03, 0.01, 2e-3, 2e-4];
+/// Square of the derivative over that of its noise, with which a delay is found too small by a tenth.
+pub const SHOWN: f64 = 10.0;
 /// Sigmas beyond which a span is left out.
 pub const CONTRADICTED: f64 = 4.0;
 
@@ -46,6 +50,12 @@ pub const UNCALIBRATED: ErrorSigmas = ErrorSigmas {
     matrix: 0.03,
     bias: [0.6, 0.042],
     arm: 0.12,
+};
+/// 1 sigma of the change of stored errors from one flight to the next: flights.
+pub const STORED: ErrorSigmas = ErrorSigmas {
+    matrix: 0.002,
+    bias: [0.04, 0.002],
+    arm: 0.01,
 };
 /// m/s^2 and rad/s by which biases walk in a root second: flights.
 pub const WALK: [f64; 2] = [1e-3, 7e-5];
@@ -108,8 +118,8 @@ pub const STILL: ([f64; 2], f64, f64) = ([0.06, 0.006], 4.0, 0.1);
 pub const CHANGED: [[f64; 2]; 2] = [[0.05, 0.0025], [0.3, 0.03]];
 /// Largest evidence of a sensor, evidence of a sound unit at most, and difference that decides between two.
 pub const EVIDENCE: [f64; 3] = [27.0, 4.0, 6.0];
-/// Windows in succession in which two units disagree before it is reported.
-pub const DWELL: u8 = 2;
+/// Windows in succession in which units disagree before it is reported, of two, and of more, of which one may yet be named.
+pub const DWELL: [u8; 2] = [2, BLOCK];
 
 /// Sigmas of the errors of a unit before any motion is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -101,41 +101,44 @@ pub struct PairComparison<T: Real> {
     pub ratio: [T; 2],
 }
 
-/// The largest ratio among those of some pairs, and the sensor and the scale that show it.
+/// A deviation beyond its limit, and the sensor and the time that show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairFinding<T: Real> {
+pub struct Exceedance<T: Real> {
     /// Deviation over its limit; 0 where nothing was compared.
     pub ratio: T,
+    /// The deviation, m/s^2 or rad/s.
+    pub apart: T,
     /// Sensor that shows it.
     pub sensor: Sensor,
     /// s over which the mean shows it.
     pub seconds: T,
 }
 
-impl<T: Real> PairFinding<T> {
+impl<T: Real> Exceedance<T> {
     /// Nothing was compared.
     pub fn none() -> Self {
         Self {
             ratio: T::zero(),
+            apart: T::zero(),
             sensor: Sensor::Accelerometer,
             seconds: T::zero(),
         }
     }
 
+    /// Largest deviation that is accepted, m/s^2 or rad/s.
+    pub fn limit(&self) -> T {
+        self.apart / self.ratio
+    }
+
     /// The finding of one sensor over one scale.
-    pub fn of(ratio: T, sensor: Sensor, scale: usize) -> Self {
+    pub fn of(ratio: T, deviation: &[T; 3], sensor: Sensor, scale: usize) -> Self {
         let windows = count::<T>(SCALES.get(scale).copied().unwrap_or(1).into());
         Self {
             ratio,
+            apart: squared(deviation).square_root(),
             sensor,
             seconds: windows * real(HOP_SECONDS),
         }
-    }
-
-    /// The larger one of two.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        if other.ratio > self.ratio { other } else { self }
     }
 }
 

@@ -1,8 +1,9 @@
 //! Vote of three and more: the unit without which the others agree.
 
 use super::table::{CLEAR, COUNT};
-use super::test::{PairComparison, PairFinding};
+use super::test::{Exceedance, PairComparison};
 use crate::real::{Real, real};
+use crate::redundancy::components::larger;
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::unit_set::pairs;
 
@@ -25,7 +26,7 @@ pub struct Named<T: Real> {
     /// Number of the unit.
     pub unit: usize,
     /// Largest ratio of its pairs.
-    pub finding: PairFinding<T>,
+    pub finding: Exceedance<T>,
 }
 
 impl<T: Real> Vote<T> {
@@ -60,19 +61,27 @@ impl<T: Real> Vote<T> {
                 .first()
                 .map_or([T::zero(); 3], |first| first.deviation[sensor]);
             let mut left = [T::zero(); UNITS];
-            for (pair, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
+            for (_, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
                 let ratio = found.ratio[sensor];
                 if ratio > worst {
                     (worst, deviation) = (ratio, found.deviation[sensor]);
                 }
+            }
+            // A deviation beyond the limit of one pair is no agreement in another.
+            let in_limits = worst / larger(norm(&deviation), T::default_epsilon());
+            for (pair, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
+                let own = found.ratio[sensor];
+                let ratio = if own > T::zero() {
+                    larger(own, in_limits * norm(&found.deviation[sensor]))
+                } else {
+                    own
+                };
                 for (_, left) in left
                     .iter_mut()
                     .enumerate()
                     .filter(|(unit, _)| !pair.contains(unit))
                 {
-                    if ratio > *left {
-                        *left = ratio;
-                    }
+                    *left = larger(*left, ratio);
                 }
             }
             let odd = odd_one(&left, worst);
@@ -84,7 +93,7 @@ impl<T: Real> Vote<T> {
             {
                 best = Some(Named {
                     unit,
-                    finding: PairFinding::of(worst, which, scale),
+                    finding: Exceedance::of(worst, &deviation, which, scale),
                 });
             }
             *before = Odd {
@@ -118,6 +127,10 @@ pub fn odd_one<T: Real, const UNITS: usize>(left: &[T; UNITS], worst: T) -> Opti
     let [clear, clearer, _] = CLEAR.map(real::<T>);
     let (best, next) = (best?, next?);
     (worst > T::one() && best < clear && best < clearer * next).then_some(unit)
+}
+
+fn norm<T: Real>([a, b, c]: &[T; 3]) -> T {
+    (*a * *a + *b * *b + *c * *c).square_root()
 }
 
 /// Tests whether two deviations point one way.

@@ -10,12 +10,11 @@ use crate::redundancy::fit::adoption::{AdoptionRefusal, Excess, RefusalReason};
 use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Event, EventKind};
-use crate::redundancy::monitor::isolation::may_be_refuted;
 use crate::redundancy::monitor::trial::{FitOutcome, TrialEnd};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::Record;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::RedundancySettings;
 use crate::redundancy::unit_count::{UnitCount, Units};
 
@@ -70,9 +69,11 @@ where
         let (settings, window) = (platform.settings(), self.window_length(platform));
         let fits =
             |slot: &&mut Option<CalibrationRun<T>>| slot.as_ref().is_some_and(CalibrationRun::is_fitting);
+        let mut under_way = self.calibrations.iter().flatten();
+        let number = under_way.find(|run| run.is_fitting())?.secondary();
+        let may_be_refuted = SENSORS.map(|sensor| self.may_be_refuted(sensor, number));
         let slot = self.calibrations.iter_mut().find(fits)?;
         let calibration = slot.as_mut()?;
-        let number = calibration.secondary();
         let unit = platform.units().get(number)?;
         let (stored, health) = (self.stored.get_mut(number)?, self.health.get_mut(number)?);
         let [accelerometer, gyroscope] = &*stored;
@@ -110,13 +111,17 @@ where
                 health.calibrated(sensor);
             }
             Conclusion::Refuted(excess) => {
-                if may_be_refuted(&self.isolator, sensor, number) {
+                if *sensor.of(&may_be_refuted) {
                     health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
                 }
             }
         }
         if !calibration.fit_next(stored) {
             *slot = None;
+        }
+        if self.named.contains(number) {
+            self.state_errors(platform, number);
+            self.readmit(number);
         }
         Some(())
     }

@@ -9,7 +9,6 @@ use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::health::Health;
 use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore, RestPair};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
-use crate::redundancy::monitor::isolation::is_contested;
 use crate::redundancy::monitor::rest_state::Purpose;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
@@ -334,6 +333,7 @@ where
         let comparable = platform.comparable(unit);
         // A deviation that several independently calibrated units share is that of the primary.
         let shared = SENSORS.map(|sensor| self.is_shared(platform, sensor, number));
+        let disputed = SENSORS.map(|sensor| self.is_contested(sensor));
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
@@ -388,7 +388,7 @@ where
             primary_valid,
             primary_healthy,
             secondary_healthy: health.may_be_calibrated(),
-            disputed: SENSORS.map(|sensor| is_contested(&self.isolator, &self.stored, sensor)),
+            disputed,
         };
         for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
             deviation.iter().for_each(|deviation| stored.compare(deviation));

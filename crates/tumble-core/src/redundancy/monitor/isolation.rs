@@ -49,6 +49,9 @@ where
         time: u64,
         report: Report<'_, T>,
     ) {
+        if self.decides(platform) {
+            return;
+        }
         let settings = platform.settings();
         let span = self.window_length(platform);
         let length = seconds(span);
@@ -74,10 +77,12 @@ where
             per_kelvin: settings.health.per_kelvin,
         };
         let (health, stored) = (&mut self.health, &mut self.stored);
+        let (majority, named) = (&mut self.majority, &mut self.named);
         let aiding_evidence = self
             .aiding_channel
             .first_mut()
             .and_then(|aiding_channel| aiding_channel.aiding_evidence.as_mut());
+        let mut reinstated = None;
         self.isolator.look(&set, aiding_evidence, &mut |sensor, found| {
             let mut contradict = |unit: usize, fault: HealthFault<T>| {
                 if let Some(stored) = stored.get_mut(unit) {
@@ -86,6 +91,11 @@ where
                 if let Some(health) = health.get_mut(unit) {
                     health.contradict(sensor, fault);
                 }
+                // A decision between two units holds when a third one counts again.
+                for majority in majority.as_mut() {
+                    majority.exclude(unit);
+                }
+                named.insert(unit);
             };
             match found {
                 IsolationEvent::OutOfFamily {
@@ -129,6 +139,7 @@ where
                     contradict(unit, HealthFault::Clock { by, limit })
                 }
                 IsolationEvent::Reinstated { unit } => {
+                    reinstated = Some(unit);
                     if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                         sensor.of_mut(stored).freed = false;
                         health.clear(sensor);
@@ -156,6 +167,9 @@ where
                 }),
             }
         });
+        if let Some(unit) = reinstated {
+            self.readmit(unit);
+        }
     }
 
     /// Determines the readings of all units over a window, at the place of the primary; `None` for a unit
@@ -308,7 +322,7 @@ where
     }
 
     /// Returns whether readings of a unit are compared: it is healthy, or its fault was found by comparison.
-    fn lives(&self, number: usize) -> bool {
+    pub(super) fn lives(&self, number: usize) -> bool {
         let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_found_by_comparison());
         self.health.get(number).is_some_and(lives)
     }
@@ -367,9 +381,21 @@ where
         }
     }
 
+    /// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
+    /// will resolve it.
+    pub(super) fn is_contested(&self, sensor: Sensor) -> bool {
+        let uncalibrated = |number| contradicts_as_uncalibrated(&self.isolator, &self.stored, sensor, number);
+        self.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
+    }
+
+    /// Returns whether a deviation of a secondary cannot be a fault of the primary.
+    pub(super) fn may_be_refuted(&self, sensor: Sensor, number: usize) -> bool {
+        !self.isolator.is_disputed_with(sensor, number) && !self.is_named(sensor, 0)
+    }
+
     /// Withdraws a fault of a sensor that comparison found.
     pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
-        if self.isolator.is_faulty(sensor, number) {
+        if self.is_named(sensor, number) {
             self.isolator.begin_anew(sensor, number);
             if let Some(health) = self.health.get_mut(number) {
                 health.clear(sensor);
@@ -377,6 +403,7 @@ where
             if let Some(stored) = self.stored.get_mut(number) {
                 sensor.of_mut(stored).freed = false;
             }
+            self.readmit(number);
         }
     }
 
@@ -396,26 +423,15 @@ where
                     self.isolator.accept(sensor, number);
                 }
                 let limit = platform.settings().plausible_at_rest(sensor, false);
+                let may_be_refuted = self.may_be_refuted(sensor, number);
                 if let Some(health) = self.health.get_mut(number)
-                    && may_be_refuted(&self.isolator, sensor, number)
+                    && may_be_refuted
                 {
                     health.refute(sensor, RefutedBy::Rest, stored.apart, limit);
                 }
             }
         }
     }
-}
-
-/// Returns whether a deviation of a secondary cannot be a fault of the primary.
-pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
-    isolator: &FaultIsolator<T, UNITS>,
-    sensor: Sensor,
-    number: usize,
-) -> bool
-where
-    Units<UNITS>: UnitCount,
-{
-    !isolator.is_disputed_with(sensor, number) && !isolator.is_faulty(sensor, 0)
 }
 
 /// Units whose errors are known: those that were calibrated against the primary or agreed with it, and those
@@ -440,20 +456,6 @@ where
     } else {
         known
     }
-}
-
-/// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
-/// will resolve it.
-pub(super) fn is_contested<T: Real, const UNITS: usize>(
-    isolator: &FaultIsolator<T, UNITS>,
-    stored: &StoredCalibrations<T, UNITS>,
-    sensor: Sensor,
-) -> bool
-where
-    Units<UNITS>: UnitCount,
-{
-    let uncalibrated = |number| contradicts_as_uncalibrated(isolator, stored, sensor, number);
-    isolator.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
 
 /// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.

@@ -6,6 +6,7 @@ pub mod calibration;
 mod evaluate;
 pub mod event;
 mod isolation;
+mod majority;
 mod physics;
 mod process_window;
 pub mod rest_state;
@@ -19,6 +20,7 @@ use crate::redundancy::components::{difference, set_all};
 use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault, Overload};
 use crate::redundancy::isolation::FaultIsolator;
+use crate::redundancy::model::monitor::SetMonitor;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
@@ -34,6 +36,7 @@ use crate::redundancy::selection::{Condition, Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::redundancy::unit_count::{UnitCount, Units};
+use crate::redundancy::unit_set::UnitSet;
 use crate::sample::{CHANNELS, Sample};
 
 /// Receiver of events.
@@ -77,6 +80,14 @@ where
     steps: [UnitSteps<T>; UNITS],
     health: [Health<T>; UNITS],
     isolator: FaultIsolator<T, UNITS>,
+    /// Model by which three and more units judge one another.
+    majority: <Units<UNITS> as UnitCount>::OfMajority<SetMonitor<T, UNITS>>,
+    /// Units that the majority named.
+    named: UnitSet,
+    /// True if the majority decided in the latest window.
+    majority_decides: bool,
+    /// True if the model knows what is stored and set.
+    majority_begun: bool,
     rest_means: [RestMean<T>; UNITS],
     rest: RestState,
     stored: StoredCalibrations<T, UNITS>,
@@ -119,6 +130,10 @@ where
             steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
             isolator: FaultIsolator::new(),
+            majority: Units::filled_majority(|| SetMonitor::new(true)),
+            named: UnitSet::default(),
+            majority_decides: false,
+            majority_begun: false,
             rest_means: [RestMean::new(); UNITS],
             rest: RestState::new(),
             stored: StoredCalibrations::none(),
@@ -145,6 +160,10 @@ where
             steps,
             health,
             isolator,
+            majority,
+            named,
+            majority_decides,
+            majority_begun,
             rest_means,
             rest,
             stored,
@@ -165,6 +184,10 @@ where
         set_all(steps, UnitSteps::none());
         set_all(health, Health::new());
         isolator.reset();
+        majority.as_mut().iter_mut().for_each(SetMonitor::reset);
+        *named = UnitSet::default();
+        *majority_decides = false;
+        *majority_begun = false;
         set_all(rest_means, RestMean::new());
         *rest = RestState::new();
         set_all(stored.of_secondaries_mut(), [StoredCalibration::nothing(); 2]);
@@ -289,6 +312,7 @@ where
             self.lengthen_windows(platform, number, now, report);
             self.find_copy(platform, number, &sample.channels());
             self.integrate(platform, number, &sample, usable, report);
+            self.judge(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
         self.select(platform, now, report);
@@ -554,6 +578,10 @@ where
         self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
         self.isolator.restart_time();
+        self.majority
+            .as_mut()
+            .iter_mut()
+            .for_each(SetMonitor::restart_time);
         for slot in &mut self.calibrations {
             abandon(slot, time, Abandoned::TimeJumped, report);
         }
@@ -730,10 +758,7 @@ where
     /// Returns whether a unit is faulty or in an unresolved dispute.
     fn is_degraded(&self, number: usize) -> bool {
         let sound = self.health.get(number).is_some_and(Health::is_sound) && !is_stale(&self.stored, number);
-        !sound
-            || SENSORS
-                .into_iter()
-                .any(|sensor| self.isolator.is_disputed(sensor))
+        !sound || SENSORS.into_iter().any(|sensor| self.is_disputed(sensor))
     }
 
     #[inline(never)]

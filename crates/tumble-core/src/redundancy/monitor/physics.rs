@@ -206,7 +206,7 @@ where
         let sound = [0, number]
             .iter()
             .all(|unit| self.health.get(*unit).is_some_and(Health::is_sound));
-        if !(fresh || anew) || !sound || self.isolator.is_disputed(sensor) {
+        if !(fresh || anew) || !sound || self.is_disputed(sensor) {
             return None;
         }
         let apart = self.apart_from_primary(platform, sensor, number)?;
@@ -300,7 +300,7 @@ where
         fewest: u64,
         contradicted: UnitSet,
     ) -> bool {
-        if contradicted.count() == 0 || !self.isolator.is_faulty(sensor, 0) {
+        if contradicted.count() == 0 || !self.is_named(sensor, 0) {
             return false;
         }
         let against = |number: usize| {
@@ -320,17 +320,15 @@ where
         for number in contradicted.units() {
             let off = self.off_at_rest(platform, sensor, number, fewest);
             let own = off.and_then(|off| off.physics);
-            if let Some((own, health)) = own.zip(self.health.get_mut(number)) {
+            if let Some(own) = own {
                 let Proof { ground, value, limit } = Proof::at_rest(sensor, own.value);
-                health.contradict(
+                let fault = HealthFault::Isolated {
                     sensor,
-                    HealthFault::Isolated {
-                        sensor,
-                        ground,
-                        value,
-                        limit,
-                    },
-                );
+                    ground,
+                    value,
+                    limit,
+                };
+                self.convict(number, &fault);
             }
         }
         true

@@ -3,9 +3,9 @@
 use crate::products::cross;
 use crate::real::{Real, SECOND, seconds, whole_spans};
 use crate::redundancy::health::Surroundings;
-use crate::redundancy::monitor::calibration::CalibrationProgress;
+use crate::redundancy::model::monitor::SetMonitor;
+use crate::redundancy::monitor::calibration::{CalibrationProgress, CalibrationRun};
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
-use crate::redundancy::monitor::isolation::is_contested;
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -187,11 +187,18 @@ where
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
         let (settings, length) = (platform.settings(), self.window_length(platform));
         let fewest = settings.fewest_pairs(length);
-        for slot in &mut self.calibrations {
+        let is_disputed = |model: &SetMonitor<T, UNITS>| model.disputed().contains(0);
+        let disputed = self.majority_decides && self.majority.as_ref().iter().any(is_disputed);
+        let contested = SENSORS.map(|sensor| disputed || self.is_contested(sensor));
+        let moved = self.calibrations.each_ref().map(|slot| {
+            let number = slot.as_ref().map_or(0, CalibrationRun::secondary);
+            SENSORS.map(|sensor| number > 0 && self.is_primary_moved(platform, sensor, number))
+        });
+        for (slot, moved) in self.calibrations.iter_mut().zip(moved) {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
             let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
-                is_contested(&self.isolator, &self.stored, sensor) || self.isolator.is_doubted(sensor, 0)
+                *sensor.of(&contested) || *sensor.of(&moved) || self.isolator.is_doubted(sensor, 0)
             });
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);

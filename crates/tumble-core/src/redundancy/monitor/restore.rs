@@ -86,6 +86,9 @@ where
                 }
             },
         };
+        if why.is_none() {
+            self.state_errors(platform, unit);
+        }
         let time = self.clock.now().unwrap_or(0);
         if why.is_none() {
             self.rest.settled(unit);

@@ -108,6 +108,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "clock jumped": "Repair its time stamps.",
         "duplicated": "Look at its driver: each reading comes twice, so that half of them are missing.",
         "clock": "Stamp its samples with the clock of the others, or correct the rate of its own.",
+        "lossy": "Look for gaps in its log, its cable and its bus.",
         "copy": "Check the wiring and the logs: the same sensor is given as two units.",
     },
 }
@@ -167,6 +168,7 @@ _UNITS_BY_REASON = {
     "frozen": "s",
     "clock jumped": "s",
     "clock": "s",
+    "lossy": "",
     "too few pairs": "pairs",
     "implausible scale": "",
     "implausible misalignment": "rad",
