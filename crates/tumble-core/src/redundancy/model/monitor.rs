@@ -205,9 +205,11 @@ where
         self.dispute.is_some()
     }
 
-    /// Begins anew, in place.
-    pub fn reset(&mut self) {
+    /// Begins anew, in place, with units of one clock, or each of its own.
+    pub fn reset(&mut self, finds_delays: bool) {
         self.restart_time();
+        self.finds_delays = finds_delays;
+        self.decides_between_two = true;
         for errors in self.errors.as_mut() {
             *errors = SecondaryErrors::uncalibrated();
         }

@@ -1,7 +1,7 @@
 //! Decisions of three and more units, by one model of their errors (docs/theory/set.md).
 //!
-//! The model judges sets of three units and more, each with all axes and fast enough. Comparison of pairs judges otherwise:
-//! before the model knows the clocks, in slow sets, and between the last two units beside an aiding measurement.
+//! The model judges sets of three units and more, each with all axes and fast enough, from when clocks may be known. Comparison of
+//! pairs judges slow sets, single axes, and the last two units beside an aiding measurement.
 
 use nalgebra::Vector3;
 
@@ -212,7 +212,7 @@ where
     }
 
     /// Marks a unit as wrong that physics contradicts.
-    pub(super) fn convict(&mut self, number: usize, fault: &HealthFault<T>) {
+    pub(super) fn mark_wrong(&mut self, number: usize, fault: &HealthFault<T>) {
         self.named.insert(number);
         contradict(&mut self.stored, &mut self.health, number, fault);
         for model in self.majority.as_mut() {

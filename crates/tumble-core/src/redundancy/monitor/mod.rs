@@ -184,7 +184,7 @@ where
         set_all(steps, UnitSteps::none());
         set_all(health, Health::new());
         isolator.reset();
-        majority.as_mut().iter_mut().for_each(SetMonitor::reset);
+        majority.as_mut().iter_mut().for_each(|model| model.reset(true));
         *named = UnitSet::default();
         *majority_decides = false;
         *majority_begun = false;

@@ -328,7 +328,7 @@ where
                     value,
                     limit,
                 };
-                self.convict(number, &fault);
+                self.mark_wrong(number, &fault);
             }
         }
         true
