@@ -47,6 +47,7 @@ def test_no_module_but_one_changes_anything_on_disk():
     assert {name for name, writes in found.items() if writes} == {
         "foundation/files.py",
         "foundation/folder_lock.py",
+        "foundation/temporary_folders.py",
     }
     assert {name for _, name in found["foundation/files.py"]} == {
         "mkdir",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -72,10 +72,14 @@ def test_folder_without_logs_is_reported(tmp_path):
 def test_a_file_that_may_not_be_read_is_said(tmp_path, monkeypatch):
     path = write_text(tmp_path / "log.csv", made_up(10))
 
-    def refuse(self, *_):
-        raise PermissionError(13, "Permission denied", str(self))
+    opened = os.open
 
-    monkeypatch.setattr(Path, "open", refuse)  # root may read any file, so its mode would not do
+    def refuse(name, *options):
+        if str(name) == str(path):
+            raise PermissionError(13, "Permission denied", str(name))
+        return opened(name, *options)
+
+    monkeypatch.setattr(os, "open", refuse)  # root may read any file, so its mode would not do
     assert "cannot be opened: Permission denied" in refusal(path)
 
 

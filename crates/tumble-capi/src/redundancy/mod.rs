@@ -66,7 +66,7 @@ pub const TUMBLE_REDUNDANCY_WORDS: usize = 102
     + TUMBLE_AIDING_WORDS;
 
 /// Words for the model by which three units and more judge one another; `cbindgen.toml` has them for C.
-pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY > 0 && UNITS > 2 {
+pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY == 1 && UNITS > 2 {
     60 + 254 * UNITS + 121 * UNITS * UNITS / 2
 } else {
     0

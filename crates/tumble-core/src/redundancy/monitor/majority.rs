@@ -105,8 +105,7 @@ where
 
     /// Returns whether the model takes samples of the set: all units have all axes.
     fn is_of_majority(&self, platform: &Platform<T, UNITS>) -> bool {
-        let all = platform.units().iter().all(|unit| unit.axes == Axes::ALL);
-        all && !self.majority.as_ref().is_empty()
+        !self.majority.as_ref().is_empty() && platform.units().iter().all(|unit| unit.axes == Axes::ALL)
     }
 
     /// Clears units that count again.
@@ -163,6 +162,9 @@ where
         sensor: Sensor,
         number: usize,
     ) -> bool {
+        if self.majority.as_ref().is_empty() {
+            return false;
+        }
         let most = platform
             .settings()
             .evaluation
@@ -269,9 +271,10 @@ where
 
     /// Gives the model the stored errors of a secondary.
     pub(super) fn state_errors(&mut self, platform: &Platform<T, UNITS>, number: usize) -> Option<()> {
+        let model = self.majority.as_mut().first_mut()?;
         let (unit, adoption) = (platform.units().get(number)?, &platform.settings().adoption);
         let errors = stored_errors(unit, self.stored.get(number)?, adoption);
-        self.majority.as_mut().first_mut()?.set_errors(number, &errors);
+        model.set_errors(number, &errors);
         Some(())
     }
 }
