@@ -135,7 +135,7 @@ impl<T: Real> Exceedance<T> {
         let windows = count::<T>(SCALES.get(scale).copied().unwrap_or(1).into());
         Self {
             ratio,
-            apart: squared(deviation).square_root(),
+            apart: norm(deviation),
             sensor,
             seconds: windows * real(HOP_SECONDS),
         }
@@ -397,13 +397,18 @@ fn largest_delay<T: Real>(timing: [&Timing<T>; 2]) -> T {
 
 /// Subtracts what a delay, s, of either sign explains: along the derivative of the set.
 fn without_delay<T: Real>(deviation: &[T; 3], change: &[T; 3], largest: T) -> [T; 3] {
-    let size = squared(change).square_root();
+    let size = norm(change);
     let inverse = T::one() / larger(size, real(1e-12));
     let [x, y, z] = change.map(|value| value * inverse);
     let [a, b, c] = *deviation;
     let most = largest * size;
     let along = smaller(larger(x * a + y * b + z * c, -most), most);
     [a - along * x, b - along * y, c - along * z]
+}
+
+/// Euclidean length.
+pub(super) fn norm<T: Real>(vector: &[T; 3]) -> T {
+    squared(vector).square_root()
 }
 
 fn squared<T: Real>([x, y, z]: &[T; 3]) -> T {

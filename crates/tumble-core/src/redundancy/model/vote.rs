@@ -1,7 +1,7 @@
 //! Vote of three and more: the unit without which the others agree.
 
 use super::table::{CLEAR, COUNT};
-use super::test::{Exceedance, PairComparison};
+use super::test::{Exceedance, PairComparison, norm};
 use crate::real::{Real, real};
 use crate::redundancy::components::larger;
 use crate::redundancy::sensor::SENSORS;
@@ -127,10 +127,6 @@ pub fn odd_one<T: Real, const UNITS: usize>(left: &[T; UNITS], worst: T) -> Opti
     let [clear, clearer, _] = CLEAR.map(real::<T>);
     let (best, next) = (best?, next?);
     (worst > T::one() && best < clear && best < clearer * next).then_some(unit)
-}
-
-fn norm<T: Real>([a, b, c]: &[T; 3]) -> T {
-    (*a * *a + *b * *b + *c * *c).square_root()
 }
 
 /// Tests whether two deviations point one way.

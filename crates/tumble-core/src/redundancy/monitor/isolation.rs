@@ -10,7 +10,7 @@ use crate::redundancy::health::{Health, HealthFault, RefutedBy};
 use crate::redundancy::isolation::attribution::Precedence;
 use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
-use crate::redundancy::monitor::{Monitor, Report};
+use crate::redundancy::monitor::{Monitor, Report, majority};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -77,7 +77,7 @@ where
             per_kelvin: settings.health.per_kelvin,
         };
         let (health, stored) = (&mut self.health, &mut self.stored);
-        let (majority, named) = (&mut self.majority, &mut self.named);
+        let (models, named) = (&mut self.majority, &mut self.named);
         let aiding_evidence = self
             .aiding_channel
             .first_mut()
@@ -85,15 +85,10 @@ where
         let mut reinstated = None;
         self.isolator.look(&set, aiding_evidence, &mut |sensor, found| {
             let mut contradict = |unit: usize, fault: HealthFault<T>| {
-                if let Some(stored) = stored.get_mut(unit) {
-                    sensor.of_mut(stored).freed = fault.frees();
-                }
-                if let Some(health) = health.get_mut(unit) {
-                    health.contradict(sensor, fault);
-                }
+                majority::contradict(stored, health, sensor, unit, &fault);
                 // A decision between two units holds when a third one counts again.
-                for majority in majority.as_mut() {
-                    majority.exclude(unit);
+                for model in models.as_mut() {
+                    model.exclude(unit);
                 }
                 named.insert(unit);
             };
@@ -397,12 +392,7 @@ where
     pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
         if self.is_named(sensor, number) {
             self.isolator.begin_anew(sensor, number);
-            if let Some(health) = self.health.get_mut(number) {
-                health.clear(sensor);
-            }
-            if let Some(stored) = self.stored.get_mut(number) {
-                sensor.of_mut(stored).freed = false;
-            }
+            self.clear_sensor(sensor, number);
             self.readmit(number);
         }
     }

@@ -71,7 +71,8 @@ where
                 SetEventKind::Unhealthy { reason, finding } => {
                     if let Some((unit, finding)) = event.unit.zip(finding) {
                         named.insert(unit);
-                        contradict(stored, health, unit, &fault_of(&finding, reason, unit, sound));
+                        let fault = fault_of(&finding, reason, unit, sound);
+                        contradict_sensors(stored, health, unit, &fault);
                     }
                 }
                 SetEventKind::Disagree { other, finding } => {
@@ -199,8 +200,7 @@ where
             return None;
         }
         let unit = platform.units().get(number)?;
-        let then = stored_errors(unit, stored, &platform.settings().adoption);
-        let (now, then) = (model.errors(number)?.mean(), then.mean());
+        let (now, then) = (model.errors(number)?.mean(), stored_mean(unit, stored));
         let felt = match sensor {
             Sensor::Accelerometer => sensor.triad(self.means(0)?),
             Sensor::Gyroscope => zeros(),
@@ -216,7 +216,7 @@ where
     /// Marks a unit as wrong that physics contradicts.
     pub(super) fn mark_wrong(&mut self, number: usize, fault: &HealthFault<T>) {
         self.named.insert(number);
-        contradict(&mut self.stored, &mut self.health, number, fault);
+        contradict_sensors(&mut self.stored, &mut self.health, number, fault);
         for model in self.majority.as_mut() {
             model.exclude(number);
         }
@@ -226,12 +226,17 @@ where
     fn clear(&mut self, number: usize) {
         self.named.remove(number);
         for sensor in SENSORS {
-            if let Some(health) = self.health.get_mut(number) {
-                health.clear(sensor);
-            }
-            if let Some(stored) = self.stored.get_mut(number) {
-                sensor.of_mut(stored).freed = false;
-            }
+            self.clear_sensor(sensor, number);
+        }
+    }
+
+    /// Clears a sensor of a unit that comparison found wrong.
+    pub(super) fn clear_sensor(&mut self, sensor: Sensor, number: usize) {
+        if let Some(health) = self.health.get_mut(number) {
+            health.clear(sensor);
+        }
+        if let Some(stored) = self.stored.get_mut(number) {
+            sensor.of_mut(stored).freed = false;
         }
     }
 
@@ -273,14 +278,15 @@ where
     pub(super) fn state_errors(&mut self, platform: &Platform<T, UNITS>, number: usize) -> Option<()> {
         let model = self.majority.as_mut().first_mut()?;
         let (unit, adoption) = (platform.units().get(number)?, &platform.settings().adoption);
-        let errors = stored_errors(unit, self.stored.get(number)?, adoption);
+        let stored = self.stored.get(number)?;
+        let errors = SecondaryErrors::new(&stored_mean(unit, stored), &stored_sigmas(unit, stored, adoption));
         model.set_errors(number, &errors);
         Some(())
     }
 }
 
 /// Marks the sensors of a unit as faulty that a fault concerns.
-fn contradict<T: Real, const UNITS: usize>(
+fn contradict_sensors<T: Real, const UNITS: usize>(
     stored: &mut StoredCalibrations<T, UNITS>,
     health: &mut [Health<T>; UNITS],
     unit: usize,
@@ -294,12 +300,25 @@ fn contradict<T: Real, const UNITS: usize>(
         .into_iter()
         .filter(|sensor| concerned.is_none_or(|own| own == *sensor))
     {
-        if let Some(stored) = stored.get_mut(unit) {
-            sensor.of_mut(stored).freed = fault.frees();
-        }
-        if let Some(health) = health.get_mut(unit) {
-            health.contradict(sensor, *fault);
-        }
+        contradict(stored, health, sensor, unit, fault);
+    }
+}
+
+/// Marks a sensor of a unit as faulty.
+pub(super) fn contradict<T: Real, const UNITS: usize>(
+    stored: &mut StoredCalibrations<T, UNITS>,
+    health: &mut [Health<T>; UNITS],
+    sensor: Sensor,
+    unit: usize,
+    fault: &HealthFault<T>,
+) where
+    Units<UNITS>: UnitCount,
+{
+    if let Some(stored) = stored.get_mut(unit) {
+        sensor.of_mut(stored).freed = fault.frees();
+    }
+    if let Some(health) = health.get_mut(unit) {
+        health.contradict(sensor, *fault);
     }
 }
 
@@ -341,30 +360,10 @@ const ALIKE: f64 = 0.5;
 const THIRD: f64 = 1.0 / 3.0;
 
 /// Errors of a secondary in the axes of the primary, as far as they are stored.
-///
-/// The largest errors that a calibration may have are three sigmas of all others.
-fn stored_errors<T: Real>(
-    unit: &MountedUnit<T>,
-    stored: &[StoredCalibration<T>; 2],
-    adoption: &AdoptionSettings<T>,
-) -> SecondaryErrors<T> {
+fn stored_mean<T: Real>(unit: &MountedUnit<T>, stored: &[StoredCalibration<T>; 2]) -> Parameters<T> {
     let mut mean = Parameters::zero();
-    let mut sigmas = Parameters::of_grade(&UNCALIBRATED);
-    let m = larger(adoption.largest_scale_error, adoption.largest_misalignment) * real(THIRD);
-    for (rows, sensor) in sigmas.rows.iter_mut().zip(SENSORS) {
-        *rows = [[m, m, m, adoption.bias.of(sensor) * real(THIRD)]; 3];
-    }
-    let known = Parameters::of_grade(&STORED);
     let turn = &unit.sensor_from_primary;
-    for (which, sensor) in SENSORS.into_iter().enumerate() {
-        let stored = sensor.of(stored);
-        let (Some(rows), Some(sigmas), Some(known)) = (
-            mean.rows.get_mut(which),
-            sigmas.rows.get_mut(which),
-            known.rows.get(which),
-        ) else {
-            continue;
-        };
+    for (rows, stored) in mean.rows.iter_mut().zip(stored) {
         if !stored.calibrated {
             continue;
         }
@@ -379,7 +378,27 @@ fn stored_errors<T: Real>(
                 *to = from;
             }
         }
-        for (sigmas, [a, b, c, bias]) in sigmas.iter_mut().zip(known) {
+    }
+    let arm = lever_arm(unit, Some(stored));
+    for (to, from) in mean.arm.iter_mut().zip(arm.iter()) {
+        *to = *from;
+    }
+    mean
+}
+
+/// Standard deviations of stored errors. The largest errors that a calibration may have are three sigmas of all others.
+fn stored_sigmas<T: Real>(
+    unit: &MountedUnit<T>,
+    stored: &[StoredCalibration<T>; 2],
+    adoption: &AdoptionSettings<T>,
+) -> Parameters<T> {
+    let mut sigmas = Parameters::of_grade(&UNCALIBRATED);
+    let known = Parameters::of_grade(&STORED);
+    let m = larger(adoption.largest_scale_error, adoption.largest_misalignment) * real(THIRD);
+    let sensors = SENSORS.into_iter().zip(stored);
+    for ((rows, known), (sensor, stored)) in sigmas.rows.iter_mut().zip(&known.rows).zip(sensors) {
+        *rows = [[m, m, m, adoption.bias.of(sensor) * real(THIRD)]; 3];
+        for (sigmas, [a, b, c, bias]) in rows.iter_mut().zip(known).filter(|_| stored.calibrated) {
             let [x, y, z, _] = *sigmas;
             *sigmas = if stored.matrix_shown {
                 [*a, *b, *c, *bias]
@@ -387,10 +406,6 @@ fn stored_errors<T: Real>(
                 [x, y, z, *bias]
             };
         }
-    }
-    let arm = lever_arm(unit, Some(stored));
-    for (to, from) in mean.arm.iter_mut().zip(arm.iter()) {
-        *to = *from;
     }
     let [accelerometer, _] = stored;
     let place = if unit.lever_arm.is_some() {
@@ -401,5 +416,5 @@ fn stored_errors<T: Real>(
     if place < real(UNCALIBRATED.arm) {
         sigmas.arm = [larger(place, real(STORED.arm)); 3];
     }
-    SecondaryErrors::new(&mean, &sigmas)
+    sigmas
 }
