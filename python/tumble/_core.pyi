@@ -58,6 +58,9 @@ def largest(values: FloatArray) -> float:
 def steps(time: FloatArray) -> tuple[int, int]:
     """Counts the (n,) times that do not rise, or are NaN, after the one before, and those that equal it."""
 
+def scatter_of_steps(stamps: FloatArray) -> float:
+    """Scatter, s, of the steps between (n,) stamps, s, that no times fit."""
+
 def stamps_are_late(stamps: FloatArray) -> bool:
     """Whether (n,) stamps, s, scatter so much that even times differ from them."""
 
@@ -68,6 +71,7 @@ class SampleTimes:
     def fit(stamps: FloatArray) -> SampleTimes | None: ...
     def push(self, stamps: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray) -> None: ...
     def times(self, first_row: int, count: int) -> FloatArray: ...
+    def kept_sigma(self, stamps: FloatArray) -> float | None: ...
     @property
     def sampling(self) -> Literal["even", "stamped", "between", "unshown"]: ...
     @property

@@ -207,3 +207,16 @@ def test_exact_stamps_stay_bit_for_bit():
     taken = 3.0 + np.arange(12_000) * PERIOD
     recording = turning(taken, taken, 9)
     assert with_sample_times(recording) is recording
+
+
+def test_stamps_of_which_little_motion_shows_nothing_are_kept_with_their_scatter():
+    taken = np.arange(24_000) * PERIOD
+    late = np.random.default_rng(9).uniform(0.0, 8e-3, len(taken))
+    still = np.tile([0.0, 0.0, 9.8], (len(taken), 1)), np.zeros((len(taken), 3))
+    noise = [np.random.default_rng(seed).normal(0.0, 1e-3, (len(taken), 3)) for seed in (10, 11)]
+    recording = Recording.from_arrays("unit", taken + late, still[0] + noise[0], still[1] + noise[1])
+    found = with_sample_times(recording)
+    assert np.array_equal(times_of(found), taken + late)
+    # clocks.md, eq. 15 with a share of zero: the scatter of means of 25 samples.
+    assert found.metadata.stamp_sigma == pytest.approx(np.std(late) / np.sqrt(25.0), rel=0.1)
+    assert not found.metadata.remarks

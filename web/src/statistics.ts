@@ -31,12 +31,6 @@ export function rootMeanSquare(values: readonly (number | null)[]): number {
   return known.length ? Math.sqrt(mean(known.map((value) => value * value))) : NaN;
 }
 
-/** Returns the population standard deviation. */
-export function deviation(values: ArrayLike<number>): number {
-  const middle = mean(values);
-  return Math.sqrt(mean(Array.from(values, (value) => (value - middle) ** 2)));
-}
-
 export function norm([x, y, z]: readonly number[]): number {
   return Math.sqrt(x * x + y * y + z * z);
 }

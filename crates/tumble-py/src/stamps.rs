@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use tumble_lab::stamps::{LatenessEvidence, SampleTimes, are_late, fit_times};
+use tumble_lab::stamps::{self, LatenessEvidence, SampleTimes, StampJudgement, are_late, fit_times};
 
 use crate::convert::rows;
 
@@ -12,6 +12,13 @@ use crate::convert::rows;
 fn stamps_are_late(py: Python<'_>, stamps: PyReadonlyArray1<'_, f64>) -> PyResult<bool> {
     let stamps = stamps.as_slice()?;
     Ok(py.detach(|| are_late(stamps)))
+}
+
+/// Scatter, s, of the steps between (n,) stamps, s, that no times fit.
+#[pyfunction]
+fn scatter_of_steps(py: Python<'_>, stamps: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
+    let stamps = stamps.as_slice()?;
+    Ok(py.detach(|| stamps::scatter_of_steps(stamps)))
 }
 
 /// Even times fitted to late stamps.
@@ -60,6 +67,16 @@ impl PySampleTimes {
     /// (count,) s of successive samples, from a row on.
     fn times(&self, py: Python<'_>, first_row: usize, count: usize) -> Py<PyArray1<f64>> {
         PyArray1::from_iter(py, (first_row..first_row + count).map(|row| self.times.at(row))).unbind()
+    }
+
+    /// 1-sigma, s, of the (n,) stamps, s, of the whole recording, which stay; `None` where fitted times replace them.
+    fn kept_sigma(&self, py: Python<'_>, stamps: PyReadonlyArray1<'_, f64>) -> PyResult<Option<f64>> {
+        let stamps = stamps.as_slice()?;
+        let Self { times, evidence } = self;
+        Ok(match py.detach(|| stamps::judge(times, evidence, stamps)) {
+            StampJudgement::Fitted => None,
+            StampJudgement::Kept(sigma) => Some(sigma),
+        })
     }
 
     /// A word of `Sampling`.
@@ -120,5 +137,6 @@ impl PySampleTimes {
 /// Adds all of this to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PySampleTimes>()?;
+    module.add_function(wrap_pyfunction!(scatter_of_steps, module)?)?;
     module.add_function(wrap_pyfunction!(stamps_are_late, module)?)
 }

@@ -20,11 +20,6 @@ from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 
 MILLISECONDS = 1e3
 
-RAMP_SECONDS = 0.25
-"""Shortest time in which a hand or a robot gets up to its rate."""
-
-UNSOLVED = "stamps scatter, but no even sampling fits them: times were left as they are"
-
 Fitted: TypeAlias = tuple[_core.SampleTimes | None, str, float]
 """Times by row, None where stamps stay; a remark, or nothing; 1-sigma of stamps that stay, s."""
 
@@ -86,7 +81,7 @@ def with_sample_times(recording: Recording) -> Recording:
     remarks = (*recording.metadata.remarks, *([remark] if remark else []))
     metadata = replace(recording.metadata, remarks=remarks, stamp_sigma=stamp_sigma)
     if times is None:
-        return recording if not remark else replace(recording, metadata=metadata)
+        return replace(recording, metadata=metadata) if remark or stamp_sigma else recording
     metadata = replace(metadata, pace_sigma=float(np.hypot(metadata.pace_sigma, times.rate_sigma)))
     return replace(recording, metadata=metadata, open=lambda: SampledStream(recording.chunks(), times))
 
@@ -106,7 +101,7 @@ def _fitted(recording: Recording) -> Fitted:
         return (
             None,
             "stamps scatter, and show no even sampling that they could be fitted to: taken as they are",
-            _scatter_of_steps(stamps),
+            _core.scatter_of_steps(stamps),
         )
     for chunk in recording.chunks():
         # A zero has no effect in place of a missing reading.
@@ -115,39 +110,22 @@ def _fitted(recording: Recording) -> Fitted:
     return _judged(times, stamps)
 
 
-def _scatter_of_steps(stamps: FloatArray) -> float:
-    """Scatter, s, of the steps from stamp to stamp; those over pauses have no part in it."""
-    steps = np.diff(stamps)
-    middle = float(np.median(steps))
-    return float(np.std(steps[np.abs(steps - middle) < 0.5 * middle]))
-
-
-def _scatter_of_means(times: _core.SampleTimes, stamps: FloatArray) -> float:
-    """Scatter, s, of how late stamps are in the mean over the time in which a turn gets up to its rate."""
-    late = stamps - times.times(0, len(stamps))
-    size = max(1, round(RAMP_SECONDS / times.interval))
-    means = np.add.reduceat(late, np.arange(0, len(late), size)) / size
-    return float(np.std(means[:-1]))
-
-
 def _judged(times: _core.SampleTimes, stamps: FloatArray) -> Fitted:
     """Decide, by what the signal shows, whether the stamps or the fitted times are right."""
     late = f"stamps are late by up to {times.latest * MILLISECONDS:.2g} ms"
-    if times.sampling == "between":
+    kept = times.kept_sigma(stamps)
+    if kept is not None:
+        if times.sampling != "between":
+            return None, "", kept
         share, sigma = times.share or (np.nan, np.nan)
-        scatter = (1.0 - share + 2.0 * sigma) * _scatter_of_means(times, stamps)  # clocks.md, eq. 15
         remark = (
             f"{late} against even sampling, of which the signal shows {share:.2f} ± {sigma:.2f} as real: the "
             "sensor samples neither evenly nor when it is stamped; times were left as they are, and "
-            f"angles of turns are widened by {scatter * MILLISECONDS:.1g} ms of their rate; stamp samples by "
+            f"angles of turns are widened by {kept * MILLISECONDS:.1g} ms of their rate; stamp samples by "
             "the sensor's own clock"
         )
-        return None, remark, scatter
+        return None, remark, kept
     is_burst = times.burst > 1.0
-    if times.sampling == "stamped":
-        return None, "", 0.0
-    if times.sampling == "unshown" and not is_burst:
-        return None, "", _scatter_of_means(times, stamps)
     bursts = f" (bursts of {times.burst:.3g} samples)" if is_burst else ""
     lost = ""
     if is_burst and times.lost:

@@ -3,8 +3,7 @@
 import tables from 'tables';
 import type { Core } from '../core';
 import { Failure } from '../failure';
-import { general, listed } from '../printed';
-import { deviation, median } from '../statistics';
+import { countOf, general, listed } from '../printed';
 import { checked, type Samples } from './checks';
 import { UnknownColumns, findImus, type ImuColumns } from './columns';
 import { conversionFor, converted, perAxis, type Conversion, type RawSamples, type ReadOptions } from './conversion';
@@ -330,6 +329,7 @@ function readingOf(options: ReadOptions, correction: string | undefined): Record
 }
 
 interface SampleTimes {
+  kept_sigma: number | null;
   times: number[];
   sampling: 'even' | 'stamped' | 'between' | 'unshown';
   share: [number, number] | null;
@@ -341,53 +341,41 @@ interface SampleTimes {
   rate_sigma: number;
 }
 
-const RAMP_SECONDS = 0.25;
-
 /** Fits even times where stamps come late; exact stamps stay as they are. */
 function withSampleTimes(core: Core, recording: Recording, head: number): Recording {
   const { samples } = recording;
   if (!core.ask<boolean>({ ask: 'late' }, [samples.time.slice(0, head)])) return recording;
-  const fitted = core.ask<SampleTimes | null>({ ask: 'sample-times' }, [samples.time, samples.force, samples.rate]);
-  if (fitted === null) {
+  const fitted = core.ask<SampleTimes | { scatter_of_steps: number }>({ ask: 'sample-times' }, [samples.time, samples.force, samples.rate]);
+  if ('scatter_of_steps' in fitted) {
     const remark = 'stamps scatter, and show no even sampling that they could be fitted to: taken as they are';
-    return { ...recording, notices: [...recording.notices, remark], stampSigma: scatterOfSteps(samples.time) };
+    return { ...recording, notices: [...recording.notices, remark], stampSigma: fitted.scatter_of_steps };
   }
   const late = `stamps are late by up to ${general(fitted.latest * 1e3, 2)} ms`;
   const isBurst = fitted.burst > 1;
-  if (fitted.sampling === 'stamped' || (fitted.sampling === 'unshown' && !isBurst)) return recording;
-  if (fitted.sampling === 'between') {
+  const kept = fitted.kept_sigma;
+  if (kept !== null) {
+    if (fitted.sampling !== 'between') return { ...recording, stampSigma: kept };
     const [share, sigma] = fitted.share ?? [NaN, NaN];
-    const scatter = (1 - share + 2 * sigma) * scatterOfMeans(fitted, samples.time);
     const remark =
       `${late} against even sampling, of which the signal shows ${share.toFixed(2)} ± ${sigma.toFixed(2)} as real: the ` +
       'sensor samples neither evenly nor when it is stamped; times were left as they are, and angles of turns are widened ' +
-      `by ${general(scatter * 1e3, 1)} ms of their rate; stamp samples by the sensor's own clock`;
-    return { ...recording, notices: [...recording.notices, remark], stampSigma: scatter };
+      `by ${general(kept * 1e3, 1)} ms of their rate; stamp samples by the sensor's own clock`;
+    return { ...recording, notices: [...recording.notices, remark], stampSigma: kept };
   }
   const bursts = isBurst ? ` (bursts of ${general(fitted.burst, 3)} samples)` : '';
+  const lost =
+    isBurst && fitted.lost
+      ? `; nothing shows where in a burst ${countOf('sample', fitted.lost)} got lost: the times of its other samples may be ` +
+        'wrong by as many periods; repeat the recording without losses'
+      : '';
   const remark =
     `${late}${bursts}; times were fitted, sampling period ${general(fitted.interval * 1e3, 6)} ms, uncertainty ` +
-    `${general(fitted.sigma * 1e3, 1)} ms and ${general(fitted.rate_sigma * 1e6, 1)} ppm of a span`;
+    `${general(fitted.sigma * 1e3, 1)} ms and ${general(fitted.rate_sigma * 1e6, 1)} ppm of a span` +
+    lost;
   return {
     ...recording,
     samples: { ...samples, time: Float64Array.from(fitted.times) },
     notices: [...recording.notices, remark],
     paceSigma: fitted.rate_sigma,
   };
-}
-
-function scatterOfSteps(time: Float64Array): number {
-  const steps = time.subarray(1).map((each, k) => each - time[k]);
-  const middle = median(steps);
-  return deviation(steps.filter((step) => Math.abs(step - middle) < 0.5 * middle));
-}
-
-function scatterOfMeans(fitted: SampleTimes, stamps: Float64Array): number {
-  const late = stamps.map((stamp, k) => stamp - fitted.times[k]);
-  const size = Math.max(1, Math.round(RAMP_SECONDS / fitted.interval));
-  const means: number[] = [];
-  for (let first = 0; first < late.length; first += size) {
-    means.push(late.subarray(first, first + size).reduce((sum, each) => sum + each, 0) / size);
-  }
-  return deviation(means.slice(0, -1));
 }
