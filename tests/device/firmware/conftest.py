@@ -7,6 +7,10 @@ import shutil
 import pytest
 
 from firmware_images import CORTEX_M4F, EMULATORS, ROOT, build, built_image, run
+from repetitions import SOAK
+
+WITHOUT_FPU = [target for target in EMULATORS if target != CORTEX_M4F]
+"""Processors without floating point unit, first the one that the library for C is built for as well."""
 
 
 def flyable(target):
@@ -34,7 +38,10 @@ def said(image):
     return ran.stdout
 
 
-@pytest.fixture(scope="session", params=[target for target in EMULATORS if target != CORTEX_M4F])
+@pytest.fixture(scope="session", params=WITHOUT_FPU if SOAK else WITHOUT_FPU[:1])
 def other_processor(request):
-    """A processor without floating point unit, and the platform for it."""
+    """A processor without floating point unit, and the platform for it: of each in `make soak`.
+
+    All of the core is compiled for each.
+    """
     return request.param, flyable(request.param)
