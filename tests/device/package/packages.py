@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -17,8 +18,16 @@ MANY_UNITS = 8
 
 
 def cargo_folder(units: object = 3) -> Path:
-    """Makes the folder in which libraries for a number of units are built: cargo keeps one number in each."""
+    """Makes the folder in which libraries for a number of units are built: cargo keeps one number in each.
+
+    A new one begins with what was built for three units on this machine: cargo then builds the interface
+    for C alone, and not what it needs.
+    """
     folder = CARGO_FOLDER if str(units) == "3" else CARGO_FOLDER / f"units-{units}"
+    begun = CARGO_FOLDER / "device"
+    if not folder.is_dir() and begun.is_dir():
+        # Dates of files stay, by which cargo sees that they are up to date.
+        shutil.copytree(begun, folder / "device")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
