@@ -24,6 +24,8 @@ TOURS = 7
 """Tours of the six poses, 90 s each: ten minutes, 126 000 samples at 200 Hz."""
 LONGER = 10
 LARGEST_GROWTH = 1.2
+TINY = ("CSV", "ROS 1 bag")
+"""Formats that show that it runs: text and bytes. Each takes two processes."""
 
 
 def peak(path: Path) -> tuple[int, int]:
@@ -64,8 +66,8 @@ def peak_here() -> int:
     return kibibytes * (1 if sys.platform == "darwin" else 1024)
 
 
-def measure(tours: int, longer: int, console: Console) -> Content:
-    """Writes, acquire and deletes one recording after the other."""
+def measure(tours: int, longer: int, console: Console, names: Sequence[str] = ()) -> Content:
+    """Writes, acquires and deletes one recording after the other, in some formats or in all."""
     from benchmarks.recordings import FORMATS, tours_of
     from tumble.foundation.recording import Chunk
 
@@ -73,9 +75,8 @@ def measure(tours: int, longer: int, console: Console) -> Content:
     count = len(long) // longer
     short = Chunk(long.time[:count], long.accelerometer[:count], long.gyroscope[:count])
     formats: Content = {}
-    for name, (file, write) in track(
-        FORMATS.items(), "formats", console=console, disable=not console.is_terminal
-    ):
+    for name in track(names or FORMATS, "formats", console=console, disable=not console.is_terminal):
+        file, write = FORMATS[name]
         peaks, sizes = [], []
         for chunk in (short, long):
             with tempfile.TemporaryDirectory() as folder:
@@ -119,7 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> Content:
         return {}
     console = Console()
     content = (
-        {"machine": machine(), "seed": SEED} | measure(1, 2, console)
+        {"machine": machine(), "seed": SEED} | measure(1, 2, console, TINY)
         if options.tiny
         else measure(TOURS, LONGER, console)
     )
