@@ -38,6 +38,7 @@ FORBIDDEN = re.compile(
 DOUBLE = re.compile(r"\b(__aeabi_(c?d\w+|\w+2d)|__\w*df\w*)\b")
 """Symbols of the emulation of double precision, as Arm and as compilers call them: __aeabi_dmul, __muldf3."""
 
+SOAKED = pytest.mark.skipif(not SOAK, reason="repeats a law: for make soak")
 SLOW = pytest.mark.skipif(not SOAK, reason="builds nearly all of it once more: for make soak")
 
 LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
@@ -335,14 +336,15 @@ def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -
     assert declared <= set(found), declared - set(found)
 
 
-@pytest.mark.parametrize(
-    "wanted",
-    [
-        *(parts for n in (0, 1, 2, 4) for parts in combinations(PARTS, n)),
-        *(("redundancy", "records", *parts) for n in range(3) for parts in combinations(OF_A_SET, n)),
-    ],
-    ids="+".join,
-)
+SETS = [
+    *(parts for n in (0, 1, 4) for parts in combinations(PARTS, n)),
+    *(("redundancy", "records", *parts) for n in range(3) for parts in combinations(OF_A_SET, n)),
+]
+"""Each part alone, and all but one."""
+PAIRS = [pytest.param(parts, marks=SOAKED) for parts in combinations(PARTS, 2)]
+
+
+@pytest.mark.parametrize("wanted", [*SETS, *PAIRS], ids="+".join)
 def test_the_library_compiles_with_every_set_of_its_parts(wanted: Sequence[str]) -> None:
     options = ["--quiet", "--locked", "--package", "tumble-capi", "--lib", "--no-default-features"]
     done(["cargo", "clippy", *options, "--features", ",".join(wanted), "--", "--deny", "warnings"])
