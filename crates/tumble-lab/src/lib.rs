@@ -8,24 +8,39 @@
 //! sensor at rest, [`thermal`] its drift over temperature. [`distributions`] computes the probability of a misfit.
 //! [`stamps`] fits even times to stamps that come late. [`simulate`] makes recordings whose truth is known.
 //! [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
+//!
+//! Without the feature `workstation` the crate holds what the page in a browser needs.
+// Shared items, of which the page needs only a part.
+#![cfg_attr(not(feature = "workstation"), allow(dead_code))]
 
 pub mod acquisition;
+#[cfg(feature = "workstation")]
 pub mod align;
 pub mod constant_length;
+#[cfg(feature = "workstation")]
 pub mod correct;
 pub mod distributions;
+#[cfg(feature = "workstation")]
 pub mod magnetometer;
 pub mod multipose;
+#[cfg(feature = "workstation")]
 pub mod noise;
+#[cfg(feature = "workstation")]
 pub mod redundancy;
 mod sensor_range;
+#[cfg(feature = "workstation")]
 pub mod setting;
+#[cfg(feature = "workstation")]
 pub mod setting_table;
+#[cfg(feature = "workstation")]
 pub mod simulate;
+#[cfg(feature = "workstation")]
 pub mod spin;
 pub mod stamps;
+#[cfg(feature = "workstation")]
 pub mod thermal;
 pub mod turntable;
+#[cfg(feature = "workstation")]
 pub mod verdict;
 
 #[cfg(test)]

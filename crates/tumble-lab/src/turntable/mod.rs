@@ -13,6 +13,7 @@ mod field_disturbance;
 pub(crate) mod flicker;
 mod g_sensitivity;
 mod gyroscope;
+#[cfg(feature = "workstation")]
 pub mod magnetometer;
 pub mod pairing;
 mod rate_response;

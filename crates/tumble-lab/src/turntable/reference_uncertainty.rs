@@ -14,6 +14,7 @@ use super::session::TargetSession;
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::Acquired;
 use crate::distributions::chi_square_tail;
+#[cfg(feature = "workstation")]
 use crate::simulate::grade::TriadGrade;
 
 /// Covariance of `[E row by row, e]` of a reference corrected by a calibration, from that of `[M row by row, b]`; `None`
@@ -36,6 +37,7 @@ pub fn of_calibration(
 }
 
 /// Covariance of `[E row by row, e]` of a unit of a grade as delivered.
+#[cfg(feature = "workstation")]
 pub fn of_grade(grade: &TriadGrade) -> ModelCovariance<f64> {
     let mut covariance = ModelCovariance::zeros();
     let mut add = |elements: &[(usize, f64)], sigma: f64| {
