@@ -158,7 +158,7 @@ def test_a_log_that_cannot_serve_is_refused_in_one_line(session, recording, opti
 
 
 @pytest.mark.parametrize("axes", [[[1, 0, 0], [0, 1, 0], [0, 0, -1]], [[0, 1, 0], [1, 0, 0], [0, 0, 1]]])
-def test_axes_that_may_be_left_handed_are_reported_where_no_place_is_stated(session, found, axes):
+def test_axes_that_may_be_left_handed_are_reported_without_a_place(session, found, axes):
     track = session.track
     changed = replace(track, field=track.field @ np.array(axes, dtype=float))
     recording = replace(session.recording, read_magnetic=lambda: changed)
