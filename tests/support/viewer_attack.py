@@ -82,7 +82,7 @@ def state_of(bench):
     """Returns all that pages share, and what is on the disk, as text."""
     engine, access = bench.engine, bench.access
     files = {
-        path: digest(path, (status := os.stat(path)).st_ino, status.st_size, status.st_mtime_ns)
+        path: digest(path, (status := Path(path).stat()).st_ino, status.st_size, status.st_mtime_ns)
         for folder, _, names in os.walk(bench.folder)
         for path in (f"{folder}/{name}" for name in names)
         if not path.endswith(("-wal", "-shm", ".lock"))
