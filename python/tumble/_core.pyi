@@ -58,6 +58,9 @@ def largest(values: FloatArray) -> float:
 def steps(time: FloatArray) -> tuple[int, int]:
     """Counts the (n,) times that do not rise, or are NaN, after the one before, and those that equal it."""
 
+def failed_reads(readings: FloatArray) -> list[int]:
+    """Rows of (n, 3) readings of a triad, SI, whose read failed: zero amid readings that are far from it."""
+
 def scatter_of_steps(stamps: FloatArray) -> float:
     """Scatter, s, of the steps between (n,) stamps, s, that no times fit."""
 

@@ -209,7 +209,7 @@ def test_exact_stamps_stay_bit_for_bit():
     assert with_sample_times(recording) is recording
 
 
-def test_stamps_of_which_little_motion_shows_nothing_are_kept_with_their_scatter():
+def test_stamps_of_which_motion_shows_nothing_keep_their_scatter():
     taken = np.arange(24_000) * PERIOD
     late = np.random.default_rng(9).uniform(0.0, 8e-3, len(taken))
     still = np.tile([0.0, 0.0, 9.8], (len(taken), 1)), np.zeros((len(taken), 3))

@@ -155,3 +155,14 @@ def test_a_log_that_cannot_serve_is_refused_in_one_line(session, recording, opti
     with pytest.raises(tumble.TumbleError, match=reason) as refusal:
         tumble.magnetometer(recording(session), **options)
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("axes", [[[1, 0, 0], [0, 1, 0], [0, 0, -1]], [[0, 1, 0], [1, 0, 0], [0, 0, 1]]])
+def test_axes_that_may_be_left_handed_are_reported_without_a_place(session, found, axes):
+    track = session.track
+    changed = replace(track, field=track.field @ np.array(axes, dtype=float))
+    recording = replace(session.recording, read_magnetic=lambda: changed)
+    other = tumble.magnetometer(recording, field=48.0, current=True)
+    assert other.dip.value == pytest.approx(-found.dip.value, abs=0.1)
+    assert any("or they are left-handed" in line for line in other.warnings)
+    assert not any("left-handed" in line for line in found.warnings)

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tumble.report.canvas import POINTS, Figure
+from tumble.report.directions import influence_bars
 from tumble.report.svg import INK, SOFT, X_AXIS, inline_svg
 
 WIDTH, HEIGHT = 3.0, 2.0
@@ -117,3 +118,10 @@ def test_two_figures_of_one_page_share_no_identifier():
         names.append(set(re.findall(r'id="([^"]+)"', inline_svg(figure, prefix, "a figure"))))
     assert names[0]
     assert not names[0] & names[1]
+
+
+@pytest.mark.parametrize("odd", [np.inf, np.nan])
+def test_bars_of_what_is_not_known_end_within_the_panel(odd):
+    picture = str(inline_svg(influence_bars(np.array([0.4, odd, 2.0])), "odd", "Influence"))
+    assert "inf" not in picture.lower().replace("influence", "")
+    assert "nan" not in picture.lower()

@@ -1,9 +1,12 @@
 //! Readings of a log, put in place and looked over in one pass each, where numpy would make several.
 
 use numpy::ndarray::{ArrayViewMut1, Zip};
-use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn, PyReadwriteArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyReadwriteArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use tumble_lab::acquisition;
+
+use crate::convert::rows;
 
 /// Numbers that are looked at side by side: enough for the vectors of any processor.
 const LANES: usize = 8;
@@ -64,6 +67,13 @@ fn largest(py: Python<'_>, values: PyReadonlyArrayDyn<'_, f64>) -> f64 {
     py.detach(|| values.as_slice().map_or(f64::NAN, largest_of))
 }
 
+/// Rows of (n, 3) readings of a triad, SI, whose read failed.
+#[pyfunction]
+fn failed_reads(py: Python<'_>, readings: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<usize>> {
+    let readings = rows(&readings, "readings")?;
+    Ok(py.detach(|| acquisition::failed_reads(readings)))
+}
+
 /// Numbers of (n,) times that are before the one before them, or not comparable with it, and that equal it.
 #[pyfunction]
 fn steps(py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> (usize, usize) {
@@ -80,6 +90,7 @@ fn steps(py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> (usize, usize) {
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(failed_reads, module)?)?;
     module.add_function(wrap_pyfunction!(gather, module)?)?;
     module.add_function(wrap_pyfunction!(largest, module)?)?;
     module.add_function(wrap_pyfunction!(steps, module)?)

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tumble_lab::acquisition::failed_reads;
 use tumble_lab::distributions::student_quantile;
 
 use crate::{acquired, multipose, stamps};
@@ -14,6 +15,8 @@ enum PageRequest {
     Acquire(acquired::AcquireRequest),
     /// Tests whether stamps come late.
     Late,
+    /// Rows of a triad whose read failed.
+    FailedReads,
     /// Even times in place of late stamps.
     SampleTimes,
     /// Calibration of a unit that was held in many orientations.
@@ -28,6 +31,7 @@ pub fn answer(request: &[u8], numbers: &mut [f64]) -> Value {
         Err(error) => json!({ "bug": error.to_string() }),
         Ok(PageRequest::Acquire(settings)) => acquired::acquire(&settings, numbers),
         Ok(PageRequest::Late) => json!(stamps::late(numbers)),
+        Ok(PageRequest::FailedReads) => json!(failed_reads(numbers.as_chunks().0)),
         Ok(PageRequest::SampleTimes) => stamps::sample_times(numbers),
         Ok(PageRequest::Multipose(settings)) => multipose::calibrate(&settings, numbers),
         Ok(PageRequest::StudentQuantile { probability, freedom }) => {

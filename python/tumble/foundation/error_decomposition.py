@@ -13,8 +13,6 @@ from tumble.foundation.recording import FloatArray
 PAIRS = ("xy", "yz", "zx")
 """Axes between which the three non-orthogonalities are."""
 
-_STEP = 1e-6
-"""Change of an element of M over which derivatives are taken."""
 _NO_EFFECT = 1e-6
 """Derivative below which the uncertainty of one number does not affect another."""
 
@@ -60,14 +58,21 @@ def factor_jacobian(matrix: FloatArray) -> FloatArray:
 
 def turn_jacobian(matrix: FloatArray) -> FloatArray:
     """(9, 9) as `factor_jacobian`, with a small turn of the mounting, rad, for its rotation vector."""
-    steps = _STEP * np.eye(9).reshape(9, 3, 3)
-    derivatives = [
-        (_factor_parameters(matrix + step, matrix) - _factor_parameters(matrix - step, matrix))
-        / (2.0 * _STEP)
-        for step in steps
-    ]
-    found: FloatArray = np.array(derivatives).T
-    return found
+    scale, lower, Q = factors(matrix)
+    axes = lower @ Q
+    turned = (np.eye(3) - axes[:, :, None] * axes[:, None, :]) / np.diag(scale)[:, None, None]  # eq. 5: ds
+    found: FloatArray = np.zeros((3, 3, 3, 3))
+    of_scale, of_angles, of_mounting = found
+    for i, axis in enumerate(axes):
+        of_scale[i, i] = axis  # eq. 5: dk
+    for angle, (i, j) in zip(of_angles, ((0, 1), (1, 2), (2, 0)), strict=True):
+        cosine = np.sqrt(1.0 - (axes[i] @ axes[j]) ** 2)
+        angle[i], angle[j] = turned[i] @ axes[j] / cosine, turned[j] @ axes[i] / cosine  # eq. 6
+    (l21, l22), (_, q2, q3) = lower[1, :2], Q
+    omega_12, omega_13 = turned[0] @ q2, turned[0] @ q3  # eq. 7
+    of_mounting[0, 0], of_mounting[0, 1] = omega_13 * (l21 / l22), -turned[1] @ q3 / l22  # eq. 7: -Omega_23
+    of_mounting[1, 0], of_mounting[2, 0] = omega_13, -omega_12
+    return found.reshape(9, 9)
 
 
 def propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -79,11 +84,3 @@ def propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
     found[lost, :] = np.nan
     found[:, lost] = np.nan
     return found
-
-
-def _factor_parameters(matrix: FloatArray, around: FloatArray) -> FloatArray:
-    """(9,) scales, non-orthogonalities and the turn of the mounting from that of `around`, rad."""
-    _, _, Q = factors(matrix)
-    _, _, Q_around = factors(around)
-    turned = _core.rotation_vector(Q @ Q_around.T)
-    return np.concatenate([np.linalg.norm(matrix, axis=1), non_orthogonality(matrix), turned])

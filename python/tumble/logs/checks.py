@@ -293,13 +293,17 @@ class ChunkStream(Iterator[Chunk]):
         numbers = np.arange(first, first + len(chunk), dtype=np.int64)
         if not (stamped := self._stamped(chunk)).all():
             chunk, numbers = select(chunk, stamped), numbers[stamped]
-        if len(chunk) == 0 or self._is_sound(chunk):
+        if len(chunk) == 0:
             return chunk, numbers
-        finite = self._finite(chunk)
-        chunk, numbers = select(chunk, finite), numbers[finite]
-        self._refuse_degrees(chunk)
-        possible = self._possible(chunk, numbers)
-        return select(chunk, possible), numbers[possible]
+        if not self._is_sound(chunk):
+            finite = self._finite(chunk)
+            chunk, numbers = select(chunk, finite), numbers[finite]
+            self._refuse_degrees(chunk)
+            possible = self._possible(chunk, numbers)
+            chunk, numbers = select(chunk, possible), numbers[possible]
+        if (read := self._read(chunk, numbers)).all():
+            return chunk, numbers
+        return select(chunk, read), numbers[read]
 
     def _quantities(self, chunk: Chunk) -> Mapping[MeasuredValues, FloatArray]:
         """Returns what was recorded."""
@@ -370,6 +374,20 @@ class ChunkStream(Iterator[Chunk]):
             what = next(name for name, mask in impossible.items() if mask[at])
             self._note(self.counts.impossible, int(found.sum()), chunk, numbers, what, at)
         return ~found
+
+    def _read(self, chunk: Chunk, numbers: Numbers) -> Mask:
+        """Omits and counts readings of zero that a driver gave where it could read none."""
+        read: Mask = np.ones(len(chunk), dtype=np.bool_)
+        failed = {
+            triad: _core.failed_reads(np.ascontiguousarray(getattr(chunk, triad)))
+            for triad in self._track.triads
+        }
+        if any(failed.values()):
+            read[[row for rows in failed.values() for row in rows]] = False
+            at = int(np.argmin(read))
+            triad = next(triad for triad, rows in failed.items() if at in rows)
+            self._note(self.counts.impossible, int((~read).sum()), chunk, numbers, triad, at)
+        return read
 
     def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
         """Counts readings that are in the range of sensors, but not in that of the samples about them."""

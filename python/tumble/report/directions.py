@@ -16,6 +16,7 @@ from tumble.report.figures import (
     HALF_WIDTH,
     UNCOMPENSATED,
     box,
+    largest,
     value_axis_in,
 )
 from tumble.report.numbers import readable_scale
@@ -71,13 +72,13 @@ def length_errors(errors: LengthErrors) -> Figure:
     upper = figure.add_axes(box(FULL_WIDTH, bottom=2.5, height=1.35))
     lower = figure.add_axes(box(FULL_WIDTH, bottom=0.55, height=1.4))
     place = np.arange(len(errors.before), dtype=float)
-    scale = readable_scale(errors.unit, float(np.abs(errors.before).max()))
+    scale = readable_scale(errors.unit, largest(errors.before))
     value_axis_in(upper, scale, f"raw, |y| minus {errors.known}", errors.before)
     upper.set_xlim(-0.6, len(place) - 0.4)
     upper.points(place, scale.factor * errors.before, UNCOMPENSATED, "o", hollow=True)
     after, sigma = errors.after, errors.sigma
     known = errors.held_out[np.isfinite(errors.held_out)]
-    scale = readable_scale(errors.unit, float(np.abs(np.concatenate([after, known])).max()))
+    scale = readable_scale(errors.unit, largest(after, known))
     value_axis_in(lower, scale, f"calibrated, |u| minus {errors.known}", after - sigma, after + sigma, known)
     error_bars(lower, place - 0.1, scale.factor * after, scale.factor * sigma, COMPENSATED)
     lower.points(place - 0.1, scale.factor * after, COMPENSATED, "D")
@@ -87,13 +88,18 @@ def length_errors(errors: LengthErrors) -> Figure:
 
 
 def influence_bars(influence: FloatArray) -> Figure:
-    """Draws by how many sigmas a parameter would change without each of (k,) readings."""
+    """Draws by how many sigmas a parameter would change without each of (k,) readings.
+
+    A bar of one without which a parameter is not known at all ends at the upper edge.
+    """
     figure = Figure(HALF_WIDTH, _SIDE + 0.75)
     axes = figure.add_axes(box(HALF_WIDTH, bottom=0.6, height=_SIDE - 0.1))
-    value_axis(axes, 0.0, max(1.2, 1.08 * float(influence.max())), "largest change without it, sigmas")
+    high = max(1.2, 1.08 * largest(influence))
+    value_axis(axes, 0.0, high, "largest change without it, sigmas")
     category_axis(axes, _labels(len(influence)), most=20)
-    for place, height in enumerate(influence):
-        axes.bars([(place - 0.35, place + 0.35)], 0.0, float(height), INK if height > 1.0 else X_AXIS)
+    for place, height in enumerate(np.minimum(influence, high)):
+        if not np.isnan(height):
+            axes.bars([(place - 0.35, place + 0.35)], 0.0, float(height), INK if height > 1.0 else X_AXIS)
     return figure
 
 

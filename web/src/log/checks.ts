@@ -1,6 +1,7 @@
 /** Requirements on every log: finite numbers that sensors can read, and time that advances. */
 
 import tables from 'tables';
+import type { Core } from '../core';
 import { Failure } from '../failure';
 import { countOf, general } from '../printed';
 import { row, type Rows } from './units';
@@ -44,13 +45,16 @@ interface About {
 }
 
 /** Returns the samples that are readings, each time once, with notices on those that were left out. */
-export function checked(samples: Samples, about: About): { samples: Samples; notices: string[] } {
+export function checked(core: Core, samples: Samples, about: About): { samples: Samples; notices: string[] } {
   const count = samples.time.length;
   const notices: string[] = [];
   refuseBadLines(about, count);
   if (count === 0) throw new Failure(`${about.file}: holds no samples`);
   let places = Array.from({ length: count }, (_, k) => k);
-  if (isSound(samples, about)) return finished(samples, places, about, notices);
+  if (isSound(samples, about)) {
+    places = withPossible(core, samples, places, about, notices);
+    return finished(places.length === count ? samples : select(samples, places), places, about, notices);
+  }
   if (about.isDated) {
     const stamped = places.filter((k) => samples.time[k] !== 0);
     if (stamped.length < places.length) {
@@ -60,7 +64,7 @@ export function checked(samples: Samples, about: About): { samples: Samples; not
   }
   places = withNumbers(samples, places, about, notices);
   refuseDegrees(samples, places, about);
-  places = withPossible(samples, places, about, notices);
+  places = withPossible(core, samples, places, about, notices);
   refuseDisorder(samples, places, about);
   places = once(samples, places, about, notices);
   return finished(places.length === count ? samples : select(samples, places), places, about, notices);
@@ -160,9 +164,9 @@ function refuseDegrees(samples: Samples, places: number[], about: About): void {
   }
 }
 
-function withPossible(samples: Samples, places: number[], about: About, notices: string[]): number[] {
+function withPossible(core: Core, samples: Samples, places: number[], about: About, notices: string[]): number[] {
   let first = '';
-  const kept = places.filter((k, at) => {
+  const sensed = places.filter((k, at) => {
     const impossible =
       Math.abs(samples.time[k]) > limits.largestTime
         ? `time reads ${general(samples.time[k], 6)} s`
@@ -175,6 +179,13 @@ function withPossible(samples: Samples, places: number[], about: About, notices:
     if (impossible) first = first || `${impossible} (line ${about.lines[k]})`;
     return !impossible;
   });
+  const failed = failedReads(core, samples, sensed);
+  const kept = sensed.filter((k) => !failed.has(k));
+  if (failed.size) {
+    const [k] = failed.keys();
+    const [name, rows, unit] = failed.get(k) === 0 ? (['accelerometer', samples.force, 'm/s^2'] as const) : (['gyroscope', samples.rate, 'rad/s'] as const);
+    first = first || `${reading(name, rows, k, unit, samples.time[k])} (line ${about.lines[k]})`;
+  }
   const left = places.length - kept.length;
   if (left > shares.shareWithoutNumber * samples.time.length) {
     throw new Failure(
@@ -184,6 +195,18 @@ function withPossible(samples: Samples, places: number[], about: About, notices:
   }
   if (left) notices.push(`left out ${countOf('sample', left)} that no sensor reads: ${first}`);
   return kept;
+}
+
+/** Returns the samples of which a driver could read none and gave zero, in order, with the place of the triad. */
+function failedReads(core: Core, samples: Samples, places: number[]): Map<number, number> {
+  const kept = select(samples, places);
+  const found = new Map<number, number>();
+  [kept.force, kept.rate].forEach((rows, triad) => {
+    for (const row of core.ask<number[]>({ ask: 'failed-reads' }, [rows])) {
+      if (!found.has(places[row])) found.set(places[row], triad);
+    }
+  });
+  return new Map([...found].sort(([one], [other]) => one - other));
 }
 
 /** Notes readings that are in the range of sensors, but not in that of the samples beside them. */

@@ -74,7 +74,7 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
   const conversion = conversionFor({ file, ...columns, rate, expected, head }, options, withRate(track, options));
   const converted = si(track, options, conversion);
   const isDated = track.raw.time !== undefined && options.rate === undefined && countsFrom1970(converted.time.subarray(0, head));
-  const { samples, notices } = checked(converted, {
+  const { samples, notices } = checked(core, converted, {
     file,
     lines: track.lines,
     isDated,

@@ -2,7 +2,7 @@
 //!
 //! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; `rejection` takes out what only looked
 //! like a rest, [`plateaus`] finds constant rates in the [`motion`], which are then no rests, [`channels`] watches the
-//! channels, [`trace`] keeps a picture. Vibration of a rest is averaged out in `vibration`. [`consistency`] holds the
+//! channels, [`trace`] keeps a picture. [`failed_reads()`] finds readings that a driver gave where it could read none. Vibration of a rest is averaged out in `vibration`. [`consistency`] holds the
 //! gyroscope against the accelerometer.
 
 use tumble_core::sample::CHANNELS;
@@ -11,6 +11,7 @@ pub mod acquired;
 pub mod channels;
 pub mod consistency;
 mod constant_rates;
+mod failed_reads;
 mod interval;
 pub mod motion;
 pub mod plateaus;
@@ -24,6 +25,7 @@ mod vibration;
 
 pub use acquired::{Acquired, Part, RestRejection, Restlessness, Tremor};
 pub use constant_rates::without_turning;
+pub use failed_reads::failed_reads;
 pub use interval::interval;
 pub(crate) use interval::microseconds;
 pub use plateaus::{Plateau, PlateauKind, RateGate};

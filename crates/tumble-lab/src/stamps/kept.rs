@@ -1,4 +1,4 @@
-//! Whether a recording keeps its stamps, and the error of those that it keeps.
+//! Stamps that a recording keeps, and their error; or the times that replace them.
 //!
 //! Equations: docs/theory/clocks.md.
 

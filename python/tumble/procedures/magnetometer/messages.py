@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
+import numpy as np
+
+from tumble.foundation.error_decomposition import factors, mounting_angles
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.words import count_of
 from tumble.procedures.magnetometer.result import FieldPoint, MagnetometerResult
@@ -50,6 +53,8 @@ FEW_TO_CHECK = 4
 """Readings beyond the unknowns, below which hardly anything checks them."""
 DECISIVE = 0.95
 """Leverage above which nothing but the rest itself shows what it shows."""
+TURNED = 45.0
+"""deg of the mounting beyond which its axes are not those of the case by name, or one has its sign turned."""
 LITTLE_COVERED = 0.7
 """Share of the sphere below which a fit is an extrapolation for the rest of it."""
 
@@ -123,6 +128,15 @@ def warnings_of(result: MagnetometerResult, time: LogTime) -> Iterator[str]:
             f"the field was met from {100.0 * result.coverage:.0f} % of all directions; for the others the "
             f"result extrapolates: {TURN_IT}"
         )
+    if result.aligned and result.expected_dip is None:
+        turned = float(np.linalg.norm(mounting_angles(factors(result.magnetometer.M)[2])))
+        if turned > TURNED:
+            dip = result.dip.value
+            yield (
+                f"the magnetometer's axes are turned by {turned:.0f} deg to the case and the field dips by "
+                f"{dip:.0f} deg, or they are left-handed (two exchanged, or one with its sign turned) and it "
+                f"dips by {-dip:.0f} deg: its readings show both alike; --latitude and --longitude tell"
+            )
     if result.aligned and result.expected_dip is not None:
         apart = result.dip.value - result.expected_dip
         if abs(apart) > math.hypot(LARGEST_DIP_ERROR, 2.0 * result.dip.sigma):

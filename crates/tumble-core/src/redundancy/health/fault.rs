@@ -100,7 +100,7 @@ crate::vocabulary! {
         } = "implausible at rest",
         /// The clock of the unit left that of the other units.
         ClockJumped = "clock jumped",
-        /// The unit sends each reading twice, and did not do so before.
+        /// The unit sends each reading twice or more often, and did not do so before.
         Duplicated = "duplicated",
         /// The readings are those of another unit.
         Copy {

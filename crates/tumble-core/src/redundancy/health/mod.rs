@@ -48,6 +48,9 @@ const TAKEN_BACK: u8 = 4;
 /// Excess of repeated readings over new ones that is a fault of a unit that sent each reading once.
 const TOO_MANY: u8 = 32;
 
+/// Repetitions of one reading that count: one stall is none of a driver that goes on to repeat.
+const ONE_STALL: u8 = 8;
+
 /// Twice the number of readings equal to those of another unit that show a copy.
 const COPIED: u8 = 64;
 
@@ -97,8 +100,8 @@ pub struct Health<T: Real> {
     shown_late: u32,
     /// Readings received once, up to [`SHOWN_ONCE`], which shows that each is sent once.
     once: u8,
-    /// Readings received twice from such a unit.
-    twice: u8,
+    /// Excess of repetitions over new readings from such a unit.
+    again: u8,
     /// Readings equal to those of another unit, minus those that were not.
     copied: u8,
 }
@@ -139,7 +142,7 @@ impl<T: Real> Health<T> {
             surroundings: Surroundings::Unknown,
             shown_late: 0,
             once: 0,
-            twice: 0,
+            again: 0,
             copied: 0,
         }
     }
@@ -445,26 +448,25 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Counts readings received once and twice. A sensor that cannot distinguish them counts neither.
+    /// Counts readings received once and more often. A sensor that cannot distinguish them counts neither.
     fn count_given(&mut self, followed: [Option<Followed>; 2], now: u64) {
-        let twice = match followed {
+        let repeated = match followed {
             [None, None] => return,
-            both => !both.contains(&Some(Followed::Once)),
+            [Some(Followed::Once), _] | [_, Some(Followed::Once)] => 0,
+            both => both.into_iter().flatten().map(Followed::again).max().unwrap_or(0),
         };
-        if self.once < SHOWN_ONCE {
-            self.once = if twice {
-                self.once.saturating_sub(TAKEN_BACK)
-            } else {
-                self.once + 1
-            };
-            return;
+        match repeated {
+            0 if self.once < SHOWN_ONCE => self.once += 1,
+            _ if self.once < SHOWN_ONCE => self.once = self.once.saturating_sub(TAKEN_BACK),
+            0 => self.again = self.again.saturating_sub(1),
+            _ => {
+                self.again = self
+                    .again
+                    .saturating_add(repeated.min(ONE_STALL))
+                    .min(2 * TOO_MANY)
+            }
         }
-        self.twice = if twice {
-            self.twice.saturating_add(1).min(2 * TOO_MANY)
-        } else {
-            self.twice.saturating_sub(1)
-        };
-        if self.twice >= TOO_MANY {
+        if self.again >= TOO_MANY {
             self.exclude(HealthFault::Duplicated, now);
         }
     }

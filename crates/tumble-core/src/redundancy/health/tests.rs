@@ -314,6 +314,11 @@ fn gravity_along_a_coarse_axis_is_no_end_of_the_range() {
 
 /// Every second sample repeats the one before.
 fn doubled(bench: &mut Bench, samples: usize) {
+    held(bench, samples, 2);
+}
+
+/// Each reading comes so many times.
+fn held(bench: &mut Bench, samples: usize, times: usize) {
     let mut before = None;
     for i in 0..samples {
         bench.time += PERIOD;
@@ -322,7 +327,7 @@ fn doubled(bench: &mut Bench, samples: usize) {
             specific_force: Vector3::new(0.0, 0.0, 9.81) + Vector3::from_fn(|_, _| 0.02 * bench.noise()),
             angular_rate: Vector3::from_fn(|_, _| 0.002 * bench.noise()),
         };
-        let measured = before.filter(|_| i % 2 == 1).unwrap_or(fresh);
+        let measured = before.filter(|_| i % times != 0).unwrap_or(fresh);
         before = Some(measured);
         let sample = Sample {
             time: bench.time,
@@ -343,6 +348,31 @@ fn a_unit_is_faulty_while_it_sends_each_reading_twice() {
     assert_eq!(bench.health.fault(), Some(HealthFault::Duplicated));
     bench.run(300, |_, _| {});
     assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_unit_that_repeats_each_reading_for_a_while_is_faulty() {
+    for times in [2, 3, 5, 8] {
+        let mut bench = Bench::running();
+        held(&mut bench, 64 + times, times);
+        assert_eq!(
+            bench.health.fault(),
+            Some(HealthFault::Duplicated),
+            "{times} times"
+        );
+        bench.run(300, |_, _| {});
+        assert_eq!(bench.health.fault(), None);
+    }
+}
+
+#[test]
+fn a_unit_that_stalls_now_and_then_is_healthy() {
+    let mut bench = Bench::running();
+    for _ in 0..20 {
+        held(&mut bench, 8, 8);
+        bench.run(40, |_, _| {});
+        assert_eq!(bench.health.fault(), None);
+    }
 }
 
 #[test]

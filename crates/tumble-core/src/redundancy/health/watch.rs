@@ -154,13 +154,23 @@ pub(super) struct ReadingCheck<T: Real> {
     pub followed: Option<Followed>,
 }
 
-/// Number of times that the previous reading was received.
+/// Repetitions of the previous reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Followed {
     /// Received once.
     Once,
-    /// Received twice.
-    Twice,
+    /// Received again so many times.
+    Again(u8),
+}
+
+impl Followed {
+    /// Repetitions of the reading.
+    pub fn again(self) -> u8 {
+        match self {
+            Self::Once => 0,
+            Self::Again(times) => times,
+        }
+    }
 }
 
 /// State of a sensor.
@@ -351,7 +361,7 @@ impl<T: Real> SensorWatch<T> {
         let distinguishes = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
         match given {
             0 if distinguishes => Some(Followed::Once),
-            1 if distinguishes => Some(Followed::Twice),
+            _ if distinguishes => Some(Followed::Again(u8::try_from(given).unwrap_or(u8::MAX))),
             _ => None,
         }
     }

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from tumble.procedures.magnetometer.result import MagnetometerResult
 from tumble.report.canvas import Figure
 from tumble.report.directions import LengthErrors, influence_bars, length_errors, sphere
-from tumble.report.figures import COMPENSATED, FULL_WIDTH, UNCOMPENSATED, box, value_axis_in
+from tumble.report.figures import COMPENSATED, FULL_WIDTH, UNCOMPENSATED, box, largest, value_axis_in
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import category_axis, error_bars
 from tumble.report.svg import inline_svg
@@ -56,7 +56,7 @@ def dip_figure(result: MagnetometerResult, prefix: str) -> Markup:
     dip, sigma = (
         np.array([getattr(point, name) for point in result.points]) for name in ("dip", "dip_sigma")
     )
-    scale = readable_scale("deg", float(np.abs(dip).max()))
+    scale = readable_scale("deg", largest(dip))
     value_axis_in(axes, scale, "dip minus that of all", dip - sigma, dip + sigma)
     axes.set_xlim(-0.6, len(place) - 0.4)
     error_bars(axes, place, scale.factor * dip, scale.factor * sigma, COMPENSATED)

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from tumble.procedures.multipose.result import MultiposeResult
 from tumble.report.canvas import Figure
 from tumble.report.directions import LengthErrors, influence_bars, length_errors, sphere
-from tumble.report.figures import COMPENSATED, FULL_WIDTH, UNCOMPENSATED, box, value_axis_in
+from tumble.report.figures import COMPENSATED, FULL_WIDTH, UNCOMPENSATED, box, largest, value_axis_in
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import category_axis
 from tumble.report.svg import inline_svg
@@ -50,7 +50,7 @@ def turn_figure(result: MultiposeResult, prefix: str) -> Markup:
     before, after = (
         np.degrees([getattr(turn, name) for turn in result.turns]) for name in ("angle_before", "angle")
     )
-    scale = readable_scale("deg", float(before.max()))
+    scale = readable_scale("deg", largest(before))
     value_axis_in(axes, scale, "gravity as turned against gravity as found", before, after)
     axes.points(place - 0.1, scale.factor * before, UNCOMPENSATED, "o", hollow=True)
     axes.points(place + 0.1, scale.factor * after, COMPENSATED, "D")

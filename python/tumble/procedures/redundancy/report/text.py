@@ -106,7 +106,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "refuted": ("Check the axes and units of its log; if they are right, state sensor_from_primary."),
         "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
         "clock jumped": "Repair its time stamps.",
-        "duplicated": "Look at its driver: each reading comes twice, so that half of them are missing.",
+        "duplicated": "Look at its driver: each reading comes twice or more often, and others are missing.",
         "clock": "Stamp its samples with the clock of the others, or correct the rate of its own.",
         "lossy": "Look for gaps in its log, its cable and its bus.",
         "copy": "Check the wiring and the logs: the same sensor is given as two units.",

@@ -12,7 +12,7 @@ from tumble.foundation.results import INTERVAL
 from tumble.procedures.thermal.report.text import scale_of
 from tumble.procedures.thermal.result import AxisDrift, ThermalBlocks
 from tumble.report.canvas import Axes, Figure
-from tumble.report.figures import HALF_WIDTH, box, value_axis_in
+from tumble.report.figures import HALF_WIDTH, box, largest, value_axis_in
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import horizontal_axis
 from tumble.report.svg import AXIS_COLOURS, AXIS_MARKERS, SOFT, inline_svg
@@ -41,7 +41,7 @@ def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
     scale = scale_of(axes)
     value_axis_in(upper, scale, "change of bias from the reference", *(axis.change for axis in axes))
     left = [axis.change - axis.bias_at(blocks.temperature) for axis in axes]
-    scale_left = readable_scale(axes[0].unit, max(float(np.abs(each).max()) for each in left))
+    scale_left = readable_scale(axes[0].unit, largest(*left))
     value_axis_in(lower, scale_left, "left by the curve", *left)
     for panel in (upper, lower):
         panel.set_xlim(low - room, high + room)

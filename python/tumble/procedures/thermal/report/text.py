@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from tumble.foundation.results import Parameter
 from tumble.foundation.units import Triad
 from tumble.foundation.words import count_of, join, length_of_time
 from tumble.procedures.thermal.result import AxisDrift, ThermalResult
 from tumble.report.columns import parameter_cell, parameter_scales
+from tumble.report.figures import largest
 from tumble.report.numbers import Scale, measurement, readable_scale, significant
 
 COLUMNS = ("order", "drift within the range", "largest hysteresis", "scale")
@@ -73,7 +72,7 @@ def parameter_column(parameters: Sequence[Parameter]) -> list[str]:
 
 def scale_of(axes: Sequence[AxisDrift]) -> Scale:
     """Chooses the unit that the drifts of a triad are drawn in."""
-    return readable_scale(axes[0].unit, max(float(np.abs(axis.change).max()) for axis in axes))
+    return readable_scale(axes[0].unit, largest(*(axis.change for axis in axes)))
 
 
 def score_rows(axes: Sequence[AxisDrift]) -> tuple[tuple[str, tuple[str, ...]], ...]:
