@@ -54,6 +54,10 @@ LONG = (DEVICE, "/test_live", "/test_ray", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""
 BENCH = "/bench/"
 """Tests with a browser, which come last: those of the device compile on all cores in the meantime."""
+LONG_AT_BENCH = tuple(
+    f"{BENCH}test_{name}.py" for name in ("session", "guided_runs", "interruptions", "viewers")
+)
+"""Those that take long, which begin before the rest of them."""
 
 
 def pytest_configure(config):
@@ -120,6 +124,7 @@ def pytest_collection_modifyitems(items):
         return (
             next((place for place, part in enumerate(LONG) if part in file), len(LONG)),
             BENCH in file,
+            not file.endswith(LONG_AT_BENCH),
             file,
         )
 

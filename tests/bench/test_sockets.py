@@ -62,6 +62,34 @@ def serving(folder, *options):
         assert bench.process.returncode == 130
 
 
+class OpenBench:
+    """A bench in a process, and the cookie of the operator who entered first, whom it serves throughout."""
+
+    def __init__(self, bench):
+        self.site, self.served, self.process = bench.site, bench.served, bench.process
+        self._cookie = BenchClient(bench.served["operator"]).cookie
+
+    def operator(self, path="/"):
+        """Opens a page of the operator, who holds the bench."""
+        page = BenchClient(self.served["operator"], path, self._cookie)
+        page.beat()
+        return page
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    with serving(tmp_path_factory.mktemp("plain")) as bench:
+        yield OpenBench(bench)
+
+
+@pytest.fixture(scope="module")
+def secured(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("secured")
+    pair = write_pem(folder, "server")
+    with serving(folder / "bench", "--certificate", pair[0], "--key", pair[1]) as bench:
+        yield OpenBench(bench)
+
+
 def silent_line(place, number):
     """Opens a line from one of many computers, and sends nothing."""
     line = socket.socket()
@@ -70,56 +98,48 @@ def silent_line(place, number):
     return line
 
 
-def test_silent_lines_leave_room_before_and_after_tls(tmp_path):
-    pair = write_pem(tmp_path, "server")
-    with (
-        serving(tmp_path / "bench", "--certificate", pair[0], "--key", pair[1]) as bench,
-        ExitStack() as lines,
-    ):
-        place = urlsplit(bench.site)
+def test_silent_lines_leave_room_before_and_after_tls(secured):
+    with ExitStack() as lines:
+        place = urlsplit(secured.site)
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 2 * SILENT), hard))
         lines.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
-        with BenchClient(bench.served["operator"]) as operator:
-            operator.beat()
+        with secured.operator() as operator:
             operator.wait(lambda: operator.shows("You hold the bench"))
             for number in range(SILENT):
                 lines.callback(silent_line(place, number).close)
             operator.beat()
             assert operator.get("/run")[0] == 200
-            open_files = len(list(Path(f"/proc/{bench.process.pid}/fd").iterdir()))
+            open_files = len(list(Path(f"/proc/{secured.process.pid}/fd").iterdir()))
             assert open_files < MOST_LINES + 100
             operator.click("Run")
             operator.wait(lambda: operator.shows("This run"))
 
 
-def test_lines_that_do_not_speak_tls_are_closed(tmp_path):
-    pair = write_pem(tmp_path, "server")
-    with serving(tmp_path / "bench", "--certificate", pair[0], "--key", pair[1]) as bench:
-        place = urlsplit(bench.site)
-        with socket.create_connection((place.hostname, place.port)) as line:
-            line.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
-            with suppress(ConnectionError):
-                assert b"HTTP" not in line.recv(1 << 12)
-        with socket.create_connection((place.hostname, place.port)) as line:
-            secured = unsafe_tls().wrap_socket(line)
-            assert secured.version() in ("TLSv1.2", "TLSv1.3")
-        assert BenchClient(bench.served["viewer"]).get("/units")[0] == 200
+def test_lines_that_do_not_speak_tls_are_closed(secured):
+    place = urlsplit(secured.site)
+    with socket.create_connection((place.hostname, place.port)) as line:
+        line.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        with suppress(ConnectionError):
+            assert b"HTTP" not in line.recv(1 << 12)
+    with socket.create_connection((place.hostname, place.port)) as line:
+        wrapped = unsafe_tls().wrap_socket(line)
+        assert wrapped.version() in ("TLSv1.2", "TLSv1.3")
+    assert BenchClient(secured.served["viewer"]).get("/units")[0] == 200
 
 
-def test_one_viewer_leaves_sockets_for_the_operator(tmp_path):
-    with serving(tmp_path / "bench") as bench, ExitStack() as taken:
-        operator = BenchClient(bench.served["operator"])
-        operator.beat()
+def test_one_viewer_leaves_sockets_for_the_operator(plain):
+    with ExitStack() as taken:
+        operator = plain.operator()
         opened = 0
         for _ in range(MOST_SOCKETS // MOST_SOCKETS_OF_ONE + 1):
-            cookie = BenchClient(bench.served["viewer"]).cookie
+            cookie = BenchClient(plain.served["viewer"]).cookie
             for _ in range(MOST_SOCKETS_OF_ONE):
                 with suppress(Exception):
-                    taken.enter_context(BenchClient(bench.served["viewer"], "/", cookie))
+                    taken.enter_context(BenchClient(plain.served["viewer"], "/", cookie))
                     opened += 1
         assert opened == MOST_SOCKETS_OF_ONE
-        with operator, BenchClient(bench.served["operator"]) as other:
+        with operator, BenchClient(plain.served["operator"]) as other:
             operator.wait(lambda: operator.shows("You hold the bench"))
             other.wait(lambda: other.shows("Browser 1 holds the bench"))
 
@@ -163,11 +183,10 @@ def test_viewers_that_live_leave_room_for_operators():
     assert access.operates(late.key)
 
 
-def test_lines_of_viewers_leave_lines_for_operators(tmp_path):
-    with serving(tmp_path / "bench") as bench, ExitStack() as lines:
-        place = urlsplit(bench.site)
-        operator, viewer = (BenchClient(bench.served[who]) for who in ("operator", "viewer"))
-        operator.beat()
+def test_lines_of_viewers_leave_lines_for_operators(plain):
+    with ExitStack() as lines:
+        place = urlsplit(plain.site)
+        operator, viewer = plain.operator(), BenchClient(plain.served["viewer"])
         head = f"Host: {place.netloc}\r\nCookie: {viewer.cookie}\r\n\r\n"
         for number in range(2 * MOST_LINES):
             line = lines.enter_context(silent_line(place, number % 4))
@@ -177,7 +196,7 @@ def test_lines_of_viewers_leave_lines_for_operators(tmp_path):
             if number % 64 == 0:
                 operator.beat()
         operator.beat()
-        with operator, BenchClient(bench.served["operator"]) as other:
+        with operator, BenchClient(plain.served["operator"]) as other:
             operator.wait(lambda: operator.shows("You hold the bench"))
             other.wait(lambda: other.shows("Browser 1 holds the bench"))
 
@@ -245,15 +264,14 @@ def test_cookies_of_other_programs_are_passed_over(foreign):
         assert len(only_cookies(header, ["tumble_bench_1"])) < 100
 
 
-def test_a_browser_with_cookies_of_other_programs_has_its_page(tmp_path):
-    with serving(tmp_path / "bench") as bench:
-        own = BenchClient(bench.served["operator"]).cookie
-        name = own.partition("=")[0]
-        assert name == f"tumble_bench_{urlsplit(bench.site).port}"
-        cookie = f'a="b; [x]=1; {name}=stale; big={"x" * 20_000}; {own}'
-        with BenchClient(bench.served["operator"], "/run", cookie) as page:
-            page.beat()
-            page.wait(lambda: page.shows("You hold the bench"))
+def test_a_browser_with_cookies_of_other_programs_has_its_page(plain):
+    own = plain.operator().cookie
+    name = own.partition("=")[0]
+    assert name == f"tumble_bench_{urlsplit(plain.site).port}"
+    cookie = f'a="b; [x]=1; {name}=stale; big={"x" * 20_000}; {own}'
+    with BenchClient(plain.served["operator"], "/run", cookie) as page:
+        page.beat()
+        page.wait(lambda: page.shows("You hold the bench"))
 
 
 def test_bad_pem_files_are_one_line(tmp_path):
@@ -297,22 +315,19 @@ def nonsense(chance):
     return (b"\x16\x03\x01" if kind == "tls" else b"") + noise
 
 
-def test_nonsense_on_a_line_leaves_the_bench_as_it_is(tmp_path):
+def test_nonsense_on_a_line_leaves_the_bench_as_it_is(plain, secured):
     chance = random.Random(drawn_seed())
-    pair = write_pem(tmp_path, "server")
-    for options in ((), ("--certificate", pair[0], "--key", pair[1])):
-        with serving(tmp_path / f"bench{len(options)}", *options) as bench:
-            place = urlsplit(bench.site)
-            for _ in range(3000 if SOAK else 60):
-                with suppress(OSError), socket.create_connection((place.hostname, place.port), 30.0) as line:
-                    is_secured = options and chance.random() < 0.5
-                    with unsafe_tls().wrap_socket(line) if is_secured else line as end:
-                        end.sendall(nonsense(chance))
-                        end.shutdown(socket.SHUT_WR)
-                        end.recv(1 << 12)
-            with BenchClient(bench.served["operator"]) as page:
-                page.beat()
-                page.wait(lambda page=page: page.shows("You hold the bench"))
+    for bench in (plain, secured):
+        place = urlsplit(bench.site)
+        for _ in range(3000 if SOAK else 60):
+            with suppress(OSError), socket.create_connection((place.hostname, place.port), 30.0) as line:
+                is_secured = bench is secured and chance.random() < 0.5
+                with unsafe_tls().wrap_socket(line) if is_secured else line as end:
+                    end.sendall(nonsense(chance))
+                    end.shutdown(socket.SHUT_WR)
+                    end.recv(1 << 12)
+        with bench.operator() as page:
+            page.wait(lambda page=page: page.shows("You hold the bench"))
 
 
 def test_guests_get_their_work_done_in_turn(monkeypatch):

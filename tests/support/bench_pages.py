@@ -23,6 +23,14 @@ LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if S
 """Widths and colours in which screens are examined."""
 QUICK = ("--speed", "4", "--rate", "25")
 """Simulated bench on which a session takes seconds."""
+TICK = 0.05
+"""s between two rounds in which simulated units send: several samples a round cost what one does."""
+PROGRAM = f"""
+from tumble.tools.simulate.live import procedure
+procedure.TICK = {TICK}
+from tumble.cli.console import main
+main()
+"""
 
 LIMITS = "accelerometer.yaml"
 """File of limits that rests alone can show to be kept."""
@@ -39,9 +47,10 @@ class BenchProcess:
 
     def __init__(self, folder: Path, *options: str) -> None:
         words = ["bench", "--folder", str(folder), "--json", *options]
+        program = ("-c", PROGRAM) if "--simulated" in options else ("-m", "tumble")
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tumble", *words],
+            [sys.executable, *program, *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

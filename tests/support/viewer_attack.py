@@ -8,12 +8,14 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
+import os
 import random
 import re
 import sys
 import threading
 from contextlib import suppress
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 
 from nicegui import app, background_tasks, core
@@ -23,11 +25,12 @@ from websockets.exceptions import ConnectionClosed
 from bench_client import BenchClient
 from patience import PATIENCE
 from ports import free_port
+from repetitions import repetitions
 from tumble.bench import guest_work
 from tumble.bench.address import entrances
 from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
-from tumble.bench.page.frame import MOST_UNOPENED, SCREENS
+from tumble.bench.page.frame import FOLLOWERS, MOST_UNOPENED, SCREENS
 from tumble.bench.run_folder import runs_in
 from tumble.bench.server import BenchServer
 from tumble.bench.settings import BenchSettings
@@ -69,13 +72,20 @@ def as_bench():
     return acting(lambda: True)
 
 
+@cache
+def digest(path, *_status):
+    """Reads a file anew only where its inode, size or time of change differ."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
 def state_of(bench):
     """Returns all that pages share, and what is on the disk, as text."""
     engine, access = bench.engine, bench.access
     files = {
-        str(path.relative_to(bench.folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(bench.folder.rglob("*"))
-        if path.is_file() and not path.name.endswith(("-wal", "-shm", ".lock"))
+        path: digest(path, (status := Path(path).stat()).st_ino, status.st_size, status.st_mtime_ns)
+        for folder, _, names in os.walk(bench.folder)
+        for path in (f"{folder}/{name}" for name in names)
+        if not path.endswith(("-wal", "-shm", ".lock"))
     }
     shared = {
         "choice": repr(bench.choice),
@@ -243,7 +253,10 @@ def main(folder, seed, rounds):
         with operator, operator.beating():
             for stage in STAGES:
                 prepare(bench, stage)
-                for path in paths:
+                # Screens of runs differ between stages, the others hardly: some of them are drawn.
+                others = [path for path in paths if path not in FOLLOWERS]
+                drawn = others if stage == "idle" else chance.sample(others, repetitions(len(others)))
+                for path in [path for path in paths if path in FOLLOWERS or path in drawn]:
                     with attack.opened("viewer", path) as viewer:
                         if stage == "idle" and path == "/run":
                             operator.click("Arm the table")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
@@ -350,8 +351,11 @@ def profile_text(name: str) -> str:
     return document_content(name, TABLE_PROFILE.what)
 
 
+@lru_cache(maxsize=8)
 def profile_of(name: str, text: str) -> TableProfile:
     """Returns the profile of a text, which bears a name in messages.
+
+    A bench asks for that of its table several times a second, to see whether its file was changed.
 
     Raises `CalibrationFileError`, in one line with file, line and key, where it is none.
     """
