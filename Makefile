@@ -24,12 +24,14 @@ export PYTHONHASHSEED ?= 0
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build web demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize mutants bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build core-of-page web demo demo-bench demo-live firmware test test-one test-rust test-tools test-python test-commands coverage coverage-isolation sanitize mutants bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 build: $(VENV)/.native  ## Build the native module and install the package into .venv
+
+core-of-page: $(CORE_OF_PAGE)
 
 web: out/web/tumble.html  ## Build the page that calibrates in a browser, one file for any server or disk: out/web/tumble.html
 
@@ -53,9 +55,9 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 	@scripts/install_test_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
-test: $(VENV)/.made  ## Run all tests: of Rust, of Python and devices, and the commands of the pages; print where the time went
-	@# Libraries and programs are downloaded and unpacked while Rust compiles.
-	@MAKE="$(MAKE)" $(BIN)/python scripts/timed_make.py test-rust+test-tools test-python test-commands
+test: $(VENV)/.requirements-test  ## Run all tests: of Rust, of Python and devices, and the commands of the pages; print where the time went
+	@# Each build ends with one crate on one core. Programs are downloaded meanwhile.
+	@MAKE="$(MAKE)" $(BIN)/python scripts/timed_make.py test-rust+test-tools+build+core-of-page test-python test-commands
 
 test-one: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of one folder of Python's: make test-one P=noise
 	$(BIN)/python -m pytest --numprocesses auto tests/$(P)

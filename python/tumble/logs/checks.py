@@ -248,11 +248,9 @@ class ChunkStream(Iterator[Chunk]):
                 yield from self._finished(self._drop_no_samples(stamped))
                 continue
             for rows in self._in_order(*self._drop_unsound(stamped, first)):
-                self._note_spikes(rows.chunk, rows.numbers)
-                yield from self._finished(rows.chunk)
+                yield from self._finished(self._read(rows))
         for rows in self._rest():
-            self._note_spikes(rows.chunk, rows.numbers)
-            yield from self._finished(rows.chunk)
+            yield from self._finished(self._read(rows))
         self._check_totals()
 
     def _finished(self, kept: Chunk) -> Iterator[Chunk]:
@@ -301,9 +299,7 @@ class ChunkStream(Iterator[Chunk]):
             self._refuse_degrees(chunk)
             possible = self._possible(chunk, numbers)
             chunk, numbers = select(chunk, possible), numbers[possible]
-        if (read := self._read(chunk, numbers)).all():
-            return chunk, numbers
-        return select(chunk, read), numbers[read]
+        return chunk, numbers
 
     def _quantities(self, chunk: Chunk) -> Mapping[MeasuredValues, FloatArray]:
         """Returns what was recorded."""
@@ -375,19 +371,22 @@ class ChunkStream(Iterator[Chunk]):
             self._note(self.counts.impossible, int(found.sum()), chunk, numbers, what, at)
         return ~found
 
-    def _read(self, chunk: Chunk, numbers: Numbers) -> Mask:
-        """Omits and counts readings of zero that a driver gave where it could read none."""
-        read: Mask = np.ones(len(chunk), dtype=np.bool_)
+    def _read(self, rows: Rows) -> Chunk:
+        """Omits and counts readings of zero that a driver gave where it could read none; counts spikes."""
+        chunk, numbers = rows.chunk, rows.numbers
         failed = {
             triad: _core.failed_reads(np.ascontiguousarray(getattr(chunk, triad)))
             for triad in self._track.triads
         }
         if any(failed.values()):
-            read[[row for rows in failed.values() for row in rows]] = False
+            read: Mask = np.ones(len(chunk), dtype=np.bool_)
+            read[[row for found in failed.values() for row in found]] = False
             at = int(np.argmin(read))
-            triad = next(triad for triad, rows in failed.items() if at in rows)
+            triad = next(triad for triad, found in failed.items() if at in found)
             self._note(self.counts.impossible, int((~read).sum()), chunk, numbers, triad, at)
-        return read
+            chunk, numbers = select(chunk, read), numbers[read]
+        self._note_spikes(chunk, numbers)
+        return chunk
 
     def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
         """Counts readings that are in the range of sensors, but not in that of the samples about them."""

@@ -12,6 +12,8 @@ from tumble.foundation.recording import FloatArray
 from tumble.tools.plateaus.observation import MATRIX, Observation
 from tumble.tools.plateaus.result import Constancy
 
+_LEAST_RANK = 1e-9
+"""Smallest eigenvalue of the correlation of three angles: less is rounding."""
 _GROUPS = (("non-orthogonality", slice(3, 6)), ("mounting", slice(6, 9)))
 
 
@@ -30,8 +32,17 @@ def constancies(observations: Sequence[Observation], matrix: FloatArray) -> Iter
         spreads = np.degrees(
             np.degrees([rows @ each.covariance[MATRIX, MATRIX] @ rows.T for each in observations])
         )
-        if all((np.diag(each) > 0.0).all() for each in spreads):
+        if all(_is_known(each) for each in spreads):
             yield _tested(name, t, values, spreads)
+
+
+def _is_known(spread: FloatArray) -> bool:
+    """Returns whether a covariance (3, 3) is one of three angles: a mounting that makes a frame has none."""
+    variance = np.diag(spread)
+    if not (variance > 0.0).all():
+        return False
+    correlation = spread / np.sqrt(np.outer(variance, variance))
+    return bool(np.linalg.eigvalsh(correlation)[0] > _LEAST_RANK)
 
 
 def _brought_to(matrix: FloatArray, lengths: FloatArray) -> FloatArray:
