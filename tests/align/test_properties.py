@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import tumble
-from align_motions import Motion, Sensor, drawn, errors, record, recordings
+from align_motions import GRAVITY, Motion, Sensor, drawn, errors, record, recordings
 from repetitions import repetitions
 from tumble.foundation.results import INTERVAL
 
@@ -158,3 +158,22 @@ def test_errors_follow_the_sigmas_and_intervals_cover_the_truth():
         assert 1.0 - spread < np.sqrt(np.mean(score**2)) < 1.0 + spread, name
         assert abs(score.mean()) < 4.0 / np.sqrt(len(score)), name
         assert np.mean(np.abs(score) < INTERVAL) > 0.95 - 4.0 * np.sqrt(0.95 * 0.05 / len(score)), name
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_biases_hold_where_rests_are_rounded(seed):
+    motion, primary, secondary = Motion(seed), Sensor(), drawn(seed, offset=0.0, skew=0.0)
+    up = motion.world_from_body(np.zeros(1)).inv().apply([0.0, 0.0, GRAVITY])[0]
+    step, rest, generator = 0.02, 6000, np.random.default_rng(seed)
+    logs = []
+    for k, sensor in enumerate((primary, secondary)):
+        _, force, rate = record(motion, sensor, 30.0, k)
+        still = np.tile(sensor.sensor_from_body.apply(up) + sensor.accelerometer_bias, (rest, 1))
+        force = np.vstack([still + generator.normal(0.0, sensor.accelerometer_noise, (rest, 3)), force])
+        noise = generator.normal(0.0, sensor.gyroscope_noise, (rest, 3))
+        rate = np.vstack([sensor.gyroscope_bias + noise, rate])
+        times = np.arange(len(rate)) / sensor.rate_hz
+        logs.append(tumble.Recording.from_arrays(f"unit_{k}", times, force, step * np.rint(rate / step)))
+    unit = tumble.align(logs[0], [logs[1]]).units[0]
+    error = unit.gyroscope_bias - secondary.gyroscope_bias
+    assert np.all(np.abs(error) < 5.0 * unit.gyroscope_bias_sigma), (error, unit.gyroscope_bias_sigma)

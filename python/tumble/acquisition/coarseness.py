@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from tumble.acquisition.imu import Imu
+from tumble import _core
 from tumble.foundation.units import TRIADS, UNITS, Triad
 
 
@@ -28,15 +28,15 @@ class CoarseChannel(NamedTuple):
         return self.channel[-1]
 
 
-def coarse_channels(unit: Imu) -> list[CoarseChannel]:
-    """Returns the channels that were recorded, of which rounding or a dead band matters."""
-    found = map(CoarseChannel._make, unit.acquired.coarse_channels)
-    return [each for each in found if each.channel.startswith(unit.triads)]
+def coarse_channels(acquired: _core.Acquired, triads: tuple[Triad, ...] = TRIADS) -> list[CoarseChannel]:
+    """Returns the channels of the triads that were recorded, of which rounding or a dead band matters."""
+    found = map(CoarseChannel._make, acquired.coarse_channels)
+    return [each for each in found if each.channel.startswith(triads)]
 
 
-def coarse_notices(unit: Imu) -> Iterator[str]:
+def coarse_notices(acquired: _core.Acquired, triads: tuple[Triad, ...] = TRIADS) -> Iterator[str]:
     """Yields a notice on each triad that is coarser than its noise, and on each with a dead band."""
-    found = coarse_channels(unit)
+    found = coarse_channels(acquired, triads)
     for triad in TRIADS:
         own = [each for each in found if each.channel.startswith(triad)]
         yield from _about_steps(triad, [each for each in own if each.step])

@@ -43,7 +43,7 @@ def notices(unit: Imu, missing: int | None = None) -> Iterator[str]:
         yield f"{unit.log.time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
     for fault in unit.faults:
         yield _saturated(fault, unit)
-    yield from coarse_notices(unit)
+    yield from coarse_notices(unit.acquired, unit.triads)
     if not unit.recording.parts:
         yield from _gaps(unit)
     if missing:

@@ -16,8 +16,9 @@ from tumble.acquisition.stamps import with_sample_times
 from tumble.foundation.documents import document_kind, write_document
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.log_time import LogTime
-from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
 from tumble.foundation.sample_rates import on_slow_rate
+from tumble.foundation.units import Triad
 from tumble.logs import ReadOptions
 from tumble.procedures.align.messages import explain
 from tumble.procedures.align.outputs import describe_alignment
@@ -128,7 +129,25 @@ def _aligned(
     except _core.CoreError as error:
         raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
     rate = min(ours.rate, theirs.rate)
+    figures = _with_rounding(figures, ours, theirs)
     return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start), rate)
+
+
+def _with_rounding(figures: _core.AlignFigures, ours: UnitSamples, theirs: UnitSamples) -> _core.AlignFigures:
+    """Widens biases by what rounding leaves on them (docs/theory/align.md, "Clock and rotation")."""
+    squares = figures["sensor_from_primary"] ** 2
+
+    def widened(sigma: FloatArray, triad: Triad) -> FloatArray:
+        added = theirs.rounding[triad] ** 2 + squares @ ours.rounding[triad] ** 2
+        return np.asarray(np.sqrt(sigma**2 + added))
+
+    found = figures.copy()
+    found["gyroscope_bias_sigma"] = widened(figures["gyroscope_bias_sigma"], "gyroscope")
+    if (forces := figures["forces"]) is not None:
+        forces = forces.copy()
+        forces["accelerometer_bias_sigma"] = widened(forces["accelerometer_bias_sigma"], "accelerometer")
+        found["forces"] = forces
+    return found
 
 
 def _share_a_clock(ours: Recording, theirs: Recording) -> bool:

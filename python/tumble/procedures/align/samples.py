@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import dead_channel, fault_of, stood_still
+from tumble.acquisition.coarseness import coarse_channels, coarse_notices
 from tumble.acquisition.duplicate_sensors import UnitHeads
 from tumble.acquisition.imu import faults_of
 from tumble.acquisition.standstills import Standstill, standstills
@@ -17,7 +18,7 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import FloatArray, SampleProgress
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream
 from tumble.procedures.redundancy.logs import UnitLog
@@ -37,6 +38,8 @@ class UnitSamples:
     gyroscope_bias: tuple[float, float, float]
     """rad/s, mean over the rests; zero where there is none."""
     gyroscope_bias_sigma: float
+    rounding: dict[Triad, FloatArray]
+    """(3,) 1-sigma that rounding at rest leaves on the mean of the log, m/s^2 and rad/s."""
     notices: tuple[str, ...]
     """Notices on samples that were left out while reading."""
     gyroscope_digest: str
@@ -110,9 +113,11 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
         (time, force, rate),
         bias,
         sigma,
+        {triad: _rounding(acquired, triad) for triad in TRIADS},
         (
             *(stream.counts.notices() if isinstance(stream, ChunkStream) else ()),
             *stood_still(frozen, log_time),
+            *coarse_notices(acquired),
         ),
         heads.gyroscope_digest(),
     )
@@ -125,6 +130,13 @@ def _refuse_if_backwards(name: str, time: FloatArray) -> None:
             f"{name}: time runs backwards to {time[backwards[0] + 1]:.6f} s; sort the log by time, or read "
             "it with --rate if its samples are in order"
         )
+
+
+def _rounding(acquired: _core.Acquired, triad: Triad) -> FloatArray:
+    """Rounding of a triad at rest, for the share of the time in which it lasts: motion averages it out."""
+    share = sum(acquired.rest_samples) / max(acquired.samples, 1)
+    sigma = {each.channel: each.sigma for each in coarse_channels(acquired)}
+    return share * np.array([sigma.get(f"{triad} {axis}", 0.0) for axis in "xyz"])
 
 
 def _bias_at_rest(acquired: _core.Acquired) -> tuple[tuple[float, float, float], float]:

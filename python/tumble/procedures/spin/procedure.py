@@ -356,7 +356,7 @@ def _notices(unit: Imu) -> Iterator[str]:
     yield from unit.recording.metadata.assumptions_but("gyroscope")
     yield from unit.notices
     yield from on_slow_rate(unit.rate)
-    yield from coarse_notices(unit)
+    yield from coarse_notices(unit.acquired, unit.triads)
     yield from correction_notice(unit.recording.metadata, "these biases hold")
 
 

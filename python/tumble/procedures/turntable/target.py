@@ -203,7 +203,7 @@ class TargetProcedure:
                 *scale_notice(unit.acquired, self.gravity),
                 *self._unshown(unit, result),
                 *self._duplicates(name, unit),
-                *self._warnings(result, figures, rounded=bool(coarse_channels(unit))),
+                *self._warnings(result, figures, rounded=bool(coarse_channels(unit.acquired, unit.triads))),
                 *magnetic.warnings,
             ),
         )
