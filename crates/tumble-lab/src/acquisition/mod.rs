@@ -2,8 +2,8 @@
 //!
 //! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; `rejection` takes out what only looked
 //! like a rest, [`plateaus`] finds constant rates in the [`motion`], which are then no rests, [`channels`] watches the
-//! channels, [`trace`] keeps a picture. [`failed_reads()`] finds readings that a driver gave where it could read none. Vibration of a rest is averaged out in `vibration`. [`consistency`] holds the
-//! gyroscope against the accelerometer.
+//! channels, [`trace`] keeps a picture. [`failed_reads()`] finds readings that a driver gave where it could read none.
+//! Vibration of a rest is averaged out in `vibration`. [`consistency`] holds the gyroscope against the accelerometer.
 
 use tumble_core::sample::CHANNELS;
 
