@@ -220,3 +220,11 @@ def test_stamps_of_which_motion_shows_nothing_keep_their_scatter():
     # clocks.md, eq. 15 with a share of zero: the scatter of means of 25 samples.
     assert found.metadata.stamp_sigma == pytest.approx(np.std(late) / np.sqrt(25.0), rel=0.1)
     assert not found.metadata.remarks
+
+
+@pytest.mark.parametrize("every", [12, 50, 120, 1000])
+@pytest.mark.parametrize("decimals", [6, 12])
+def test_exact_stamps_of_which_one_in_so_many_is_lost_are_kept(every, decimals):
+    taken = np.delete(np.arange(9000) * PERIOD, np.arange(50, 9000, every))
+    recording = turning(taken, np.round(taken, decimals), every)
+    assert with_sample_times(recording) is recording

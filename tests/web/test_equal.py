@@ -99,11 +99,16 @@ def exports_of(path: Path, read):
     return found
 
 
-@pytest.mark.parametrize("late", [0.0, 2e-3])
-def test_drawn_sessions_give_the_same_file_to_the_byte(tmp_path, late):
+@pytest.mark.parametrize(("late", "failing"), [(0.0, None), (2e-3, None), (0.0, 120), (0.0, 40)])
+def test_drawn_sessions_give_the_same_file_to_the_byte(tmp_path, late, failing):
+    """Of all reads, one in `failing` gave zero: they are left out, or refused where they are too many."""
     rng = np.random.default_rng(drawn_seed())
-    path = tmp_path / f"unit 7 {late}.csv"
-    path.write_text(session(rng, late), encoding="utf-8")
+    path = tmp_path / f"unit 7 {late} {failing}.csv"
+    head, *rows = session(rng, late).splitlines()
+    for row in range(50, len(rows), failing or len(rows)):
+        time, *_, temperature = rows[row].split(",")
+        rows[row] = ",".join([time, *6 * ["0"], temperature]) if failing else rows[row]
+    path.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
     (by_page,) = headless([{"files": [str(path)], "read": {}, "date": DATE}])
     by_page.pop("exports", None)
     assert by_page == by_command(path, {})

@@ -90,12 +90,13 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
     samples,
     hasGyroscope: track.raw.rate !== undefined,
     conversion,
-    notices: [...remarks, ...doubts, ...notices],
+    notices: remarks,
     reading: readingOf(options, track.isCorrected),
     paceSigma: 0,
     stampSigma: 0,
   };
-  return options.rate === undefined && track.rate === undefined ? withSampleTimes(core, recording, head) : recording;
+  const timed = options.rate === undefined && track.rate === undefined ? withSampleTimes(core, recording, head) : recording;
+  return { ...timed, notices: [...timed.notices, ...doubts, ...notices] };
 }
 
 function nameOf(track: Track): string {

@@ -59,7 +59,7 @@ fn differences(stamps: &[f64], span: usize) -> (f64, f64) {
     (middle, scatter)
 }
 
-/// Measures the sampling period: the median of differences over as many samples as scatter least (eq. 9).
+/// Measures the sampling period: the median of differences over so few samples that they are exact, or that scatter least (eq. 9).
 ///
 /// `None` for too few stamps, or such as do not advance.
 #[must_use]
@@ -71,10 +71,13 @@ pub fn measure(stamps: &[f64]) -> Option<Period> {
     let is_burst = differences(stamps, 1).0 < IN_BURST * differences(stamps, BURSTS_WITHIN).0;
     let shortest = if is_burst { BURSTS_WITHIN } else { 1 };
     let spans = (0..).map(|power| shortest << power);
-    let (seconds, _) = spans
+    let found: Vec<(f64, f64)> = spans
         .take_while(|&span| span <= LONGEST && (4 * span <= stamps.len() || span == shortest))
         .map(|span| differences(stamps, span))
-        .min_by(|a, b| a.1.total_cmp(&b.1))?; // eq. 9
+        .collect();
+    // Beyond what is exact, a longer span gains nothing, and samples that are lost regularly would pass for a longer period.
+    let exact = found.iter().find(|(middle, scatter)| *scatter <= EXACT * middle);
+    let (seconds, _) = *exact.or_else(|| found.iter().min_by(|a, b| a.1.total_cmp(&b.1)))?; // eq. 9
     if seconds <= 0.0 || !seconds.is_finite() {
         return None;
     }
