@@ -224,7 +224,7 @@ def test_stamps_of_which_motion_shows_nothing_keep_their_scatter():
 
 @pytest.mark.parametrize("every", [12, 50, 120, 1000])
 @pytest.mark.parametrize("decimals", [6, 12])
-def test_exact_stamps_of_which_one_in_so_many_is_lost_are_kept(every, decimals):
+def test_exact_stamps_with_regular_losses_are_kept(every, decimals):
     taken = np.delete(np.arange(9000) * PERIOD, np.arange(50, 9000, every))
     recording = turning(taken, np.round(taken, decimals), every)
     assert with_sample_times(recording) is recording

@@ -101,7 +101,7 @@ def exports_of(path: Path, read):
 
 @pytest.mark.parametrize(("late", "failing"), [(0.0, None), (2e-3, None), (0.0, 120), (0.0, 40)])
 def test_drawn_sessions_give_the_same_file_to_the_byte(tmp_path, late, failing):
-    """Of all reads, one in `failing` gave zero: they are left out, or refused where they are too many."""
+    """Reads that gave zero, one in `failing`, are left out, or refused where they are too many."""
     rng = np.random.default_rng(drawn_seed())
     path = tmp_path / f"unit 7 {late} {failing}.csv"
     head, *rows = session(rng, late).splitlines()
