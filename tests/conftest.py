@@ -52,8 +52,9 @@ os.environ["SOURCE_DATE_EPOCH"] = str(DATE)
 DEVICE = Path(__file__).parent.name + "/device/"
 LONG = (DEVICE, "/test_live", "/test_ray", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""
-BENCH = "/bench/"
-"""Tests with a browser, which come last: those of the device compile on all cores in the meantime."""
+BENCH, BEFORE = "/bench/", "/turntable"
+"""Tests with a browser, and the folder before which they come: late, for those of the device compile on all
+cores, and not last, for they leave a core idle."""
 LONG_AT_BENCH = tuple(
     f"{BENCH}test_{name}.py" for name in ("session", "guided_runs", "interruptions", "viewers")
 )
@@ -123,7 +124,7 @@ def pytest_collection_modifyitems(items):
         file = item.nodeid.partition("::")[0]
         return (
             next((place for place, part in enumerate(LONG) if part in file), len(LONG)),
-            BENCH in file,
+            file.partition("/")[0] + BEFORE if BENCH in file else file,
             not file.endswith(LONG_AT_BENCH),
             file,
         )
