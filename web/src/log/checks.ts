@@ -193,7 +193,8 @@ function withPossible(core: Core, samples: Samples, places: number[], about: Abo
         'left out, but this is a fault: check columns and units, or repair the log',
     );
   }
-  if (left) notices.push(`left out ${countOf('sample', left)} that no sensor reads: ${first}`);
+  const more = left > 1 ? `, and ${left - 1} more` : '';
+  if (left) notices.push(`left out ${countOf('sample', left)} that no sensor reads: ${first}${more}`);
   return kept;
 }
 
