@@ -42,7 +42,7 @@ def pdf(laboratory, xml):
     return sign(pdf_of(certificate(("en",)), xml), laboratory)
 
 
-@pytest.mark.parametrize(("kind", "count"), [("xml", 2400), ("pdf", 200)])
+@pytest.mark.parametrize(("kind", "count"), [("xml", 2400), ("pdf", 400)])
 def test_every_edit_of_a_signed_certificate_is_reported(kind, count, request, laboratory):
     genuine, edits = request.getfixturevalue(kind), {"xml": XML_EDITS, "pdf": PDF_EDITS}[kind]
     drawn, missed = Random(drawn_seed()), []

@@ -14,6 +14,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.foundation.units import CalibratedTriad
+from tumble.report.figures import largest
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.limits import used_share
 from tumble.report.numbers import (
@@ -149,7 +150,7 @@ def g_sensitivity(triad: TriadResult) -> PrintedMatrix | None:
         return None
     sigma = triad.g_sensitivity_sigma
     sigma = np.full((3, 3), np.nan) if sigma is None else sigma
-    scale = readable_scale("rad/s per m/s^2", _largest(triad.g_sensitivity))
+    scale = readable_scale("rad/s per m/s^2", largest(triad.g_sensitivity))
     rows = _with_sigma(scale.factor * triad.g_sensitivity, scale.factor * sigma)
     return PrintedMatrix("G", f"sensitivity to specific force, {scale.unit}", rows)
 
@@ -163,8 +164,8 @@ def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:
         )
     else:
         sheet_density, sheet_bias = Scale("deg/s/√Hz", math.degrees(1)), Scale("deg/h", math.degrees(3600))
-    density = readable_scale(f"{triad.unit}/sqrt(Hz)", _largest(triad.noise_density))
-    bias = readable_scale(triad.unit, _largest(triad.bias_instability))
+    density = readable_scale(f"{triad.unit}/sqrt(Hz)", largest(triad.noise_density))
+    bias = readable_scale(triad.unit, largest(triad.bias_instability))
     return (
         _noise_row("noise density", triad.noise_density, density, sheet_density),
         _noise_row("bias instability", triad.bias_instability, bias, sheet_bias),
@@ -265,11 +266,6 @@ def _six_decimals(values: FloatArray) -> tuple[tuple[str, ...], ...]:
 def _why_no_matrix(triad: TriadResult) -> str:
     reasons = dict.fromkeys(p.reason for p in triad.parameters if not p.observable and p.reason)
     return "; ".join(reasons) or "the data do not show all of it"
-
-
-def _largest(values: FloatArray) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max()) if finite.size else 0.0
 
 
 def _noise_row(name: str, values: FloatArray, scale: Scale, sheet: Scale) -> NoiseRow:

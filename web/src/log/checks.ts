@@ -200,7 +200,7 @@ function withPossible(core: Core, samples: Samples, places: number[], about: Abo
 
 /** Returns the samples of which a driver could read none and gave zero, in order, with the place of the triad. */
 function failedReads(core: Core, samples: Samples, places: number[]): Map<number, number> {
-  const kept = select(samples, places);
+  const kept = places.length === samples.time.length ? samples : select(samples, places);
   const found = new Map<number, number>();
   [kept.force, kept.rate].forEach((rows, triad) => {
     for (const row of core.ask<number[]>({ ask: 'failed-reads' }, [rows])) {

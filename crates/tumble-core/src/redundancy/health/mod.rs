@@ -25,7 +25,7 @@ pub use fault::{FaultFigures, HealthFault};
 pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
-use crate::redundancy::health::watch::{Context, Followed, Reading, SensorWatch};
+use crate::redundancy::health::watch::{Context, Reading, SensorWatch};
 use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
 use crate::redundancy::selection::Condition;
@@ -303,7 +303,7 @@ impl<T: Real> Health<T> {
         let lapse = Lapse::between(self.time, now);
         self.time = now;
         let (mut usable, mut is_live) = ([false; 2], true);
-        let mut followed = [None; 2];
+        let mut again = [None; 2];
         let context = Context {
             lapse,
             surroundings: self.surroundings(),
@@ -323,7 +323,7 @@ impl<T: Real> Health<T> {
                 end: watch.end(stated),
                 context: &context,
             });
-            *sensor.of_mut(&mut followed) = check.followed;
+            *sensor.of_mut(&mut again) = check.again;
             *sensor.of_mut(&mut usable) = check.usable;
             is_live &= check.is_live;
             match &check.fault {
@@ -337,7 +337,7 @@ impl<T: Real> Health<T> {
         } else {
             self.mute.saturating_add(lapse.whole.max(1))
         };
-        self.count_given(followed, now);
+        self.count_given(again, now);
         self.settle(now, settings);
         usable
     }
@@ -449,11 +449,11 @@ impl<T: Real> Health<T> {
     }
 
     /// Counts readings received once and more often. A sensor that cannot distinguish them counts neither.
-    fn count_given(&mut self, followed: [Option<Followed>; 2], now: u64) {
-        let repeated = match followed {
+    fn count_given(&mut self, again: [Option<u8>; 2], now: u64) {
+        let repeated = match again {
             [None, None] => return,
-            [Some(Followed::Once), _] | [_, Some(Followed::Once)] => 0,
-            both => both.into_iter().flatten().map(Followed::again).max().unwrap_or(0),
+            [Some(0), _] | [_, Some(0)] => 0,
+            [one, other] => one.max(other).unwrap_or(0),
         };
         match repeated {
             0 if self.once < SHOWN_ONCE => self.once += 1,

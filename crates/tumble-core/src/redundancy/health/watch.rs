@@ -151,26 +151,7 @@ pub(super) struct ReadingCheck<T: Real> {
     /// True if an earlier fault persists.
     pub lasts: bool,
     /// Repetition of the previous reading, if this one changed and the sensor can distinguish.
-    pub followed: Option<Followed>,
-}
-
-/// Repetitions of the previous reading.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Followed {
-    /// Received once.
-    Once,
-    /// Received again so many times.
-    Again(u8),
-}
-
-impl Followed {
-    /// Repetitions of the reading.
-    pub fn again(self) -> u8 {
-        match self {
-            Self::Once => 0,
-            Self::Again(times) => times,
-        }
-    }
+    pub again: Option<u8>,
 }
 
 /// State of a sensor.
@@ -289,7 +270,7 @@ impl<T: Real> SensorWatch<T> {
                 is_live: look.finite,
                 fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
                 lasts: useless,
-                followed: None,
+                again: None,
             };
         }
         let given = self.repeated;
@@ -297,7 +278,7 @@ impl<T: Real> SensorWatch<T> {
         let worn = useless && look.at_end && !self.overloaded;
         let spikes = self.find_spikes(look.change, reading);
         let away = self.departed != NONE;
-        let followed = self.followed(given, away);
+        let again = self.again(given, away);
         if !away {
             self.observe(&look, reading);
             self.latest = reading.values;
@@ -313,7 +294,7 @@ impl<T: Real> SensorWatch<T> {
             is_live: !away && (!frozen || self.repeating.is_empty()),
             fault,
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
-            followed,
+            again,
         }
     }
 
@@ -357,13 +338,9 @@ impl<T: Real> SensorWatch<T> {
 
     /// Repetition of the previous reading, if all axes changed too much to repeat by chance.
     #[inline]
-    fn followed(&self, given: u16, away: bool) -> Option<Followed> {
+    fn again(&self, given: u16, away: bool) -> Option<u8> {
         let distinguishes = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
-        match given {
-            0 if distinguishes => Some(Followed::Once),
-            _ if distinguishes => Some(Followed::Again(u8::try_from(given).unwrap_or(u8::MAX))),
-            _ => None,
-        }
+        distinguishes.then(|| u8::try_from(given).unwrap_or(u8::MAX))
     }
 
     #[cold]

@@ -9,7 +9,6 @@ from markupsafe import Markup
 
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL
-from tumble.procedures.thermal.report.text import scale_of
 from tumble.procedures.thermal.result import AxisDrift, ThermalBlocks
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import HALF_WIDTH, box, largest, value_axis_in
@@ -38,7 +37,7 @@ def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
     low, high = axes[0].range
     room = _BEYOND * (high - low)
     temperature = np.linspace(low - room, high + room, _POINTS)
-    scale = scale_of(axes)
+    scale = readable_scale(axes[0].unit, largest(*(axis.change for axis in axes)))
     value_axis_in(upper, scale, "change of bias from the reference", *(axis.change for axis in axes))
     left = [axis.change - axis.bias_at(blocks.temperature) for axis in axes]
     scale_left = readable_scale(axes[0].unit, largest(*left))

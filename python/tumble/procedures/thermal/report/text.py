@@ -9,8 +9,7 @@ from tumble.foundation.units import Triad
 from tumble.foundation.words import count_of, join, length_of_time
 from tumble.procedures.thermal.result import AxisDrift, ThermalResult
 from tumble.report.columns import parameter_cell, parameter_scales
-from tumble.report.figures import largest
-from tumble.report.numbers import Scale, measurement, readable_scale, significant
+from tumble.report.numbers import measurement, readable_scale, significant
 
 COLUMNS = ("order", "drift within the range", "largest hysteresis", "scale")
 """Columns of the table with one row an axis."""
@@ -68,11 +67,6 @@ def parameter_column(parameters: Sequence[Parameter]) -> list[str]:
     """Prints estimates with their 1-sigma, those of one unit in one scale."""
     scales = parameter_scales(parameters)
     return [parameter_cell(each, scales) for each in parameters]
-
-
-def scale_of(axes: Sequence[AxisDrift]) -> Scale:
-    """Chooses the unit that the drifts of a triad are drawn in."""
-    return readable_scale(axes[0].unit, largest(*(axis.change for axis in axes)))
 
 
 def score_rows(axes: Sequence[AxisDrift]) -> tuple[tuple[str, tuple[str, ...]], ...]:
