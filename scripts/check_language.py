@@ -19,6 +19,7 @@ import tokenize
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -123,9 +124,21 @@ def c_texts(source: str) -> Iterator[Text]:
         yield Text(source.count("\n", 0, match.start()) + 1, text)
 
 
+@lru_cache(maxsize=1)
+def _statements(source: str) -> tuple[ast.AST, ...]:
+    """Return all statements of Python, those in others included; most nodes are parts of expressions."""
+    found = list[ast.AST]([ast.parse(source)])
+    for node in found:
+        for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+            inner = getattr(node, block, ())
+            # The body of a lambda and the parts of a condition are expressions.
+            found += inner if isinstance(inner, list) else ()
+    return tuple(found)
+
+
 def python_texts(source: str) -> Iterator[Text]:
     """Yield docstrings, those of attributes included, and comments of Python."""
-    for node in ast.walk(ast.parse(source)):
+    for node in _statements(source):
         match node:
             case ast.Expr(value=ast.Constant(value=str(text))):
                 yield Text(node.lineno, text)
@@ -157,7 +170,7 @@ def rust_tests(source: str) -> Iterator[tuple[int, str]]:
 
 def python_tests(source: str) -> Iterator[tuple[int, str]]:
     """Yield line and name of each test of Python, without `test_`."""
-    for node in ast.walk(ast.parse(source)):
+    for node in _statements(source):
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield node.lineno, node.name.removeprefix("test_")
 

@@ -16,7 +16,7 @@ from benchmarks.redundancy_truth import reference  # noqa: E402
 from repetitions import repetitions  # noqa: E402
 from tumble.tools.simulate.flight.procedure import simulate_flight  # noqa: E402
 
-SEEDS = range(5000, 5000 + repetitions(40))
+SEEDS = range(5000, 5000 + repetitions(80))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 
 from interrupted import COMMAND, Terminal, interrupted_after, interrupted_at_call
 from ports import free_port
-from repetitions import SOAK, drawn_seed
+from repetitions import SOAK, drawn_seed, only_soak
 from tumble.foundation import clock
 from turntable_sessions import typed
 
@@ -107,7 +107,7 @@ def test_control_c_is_raised_in_no_library_that_could_lose_it(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
-@pytest.mark.skipif(not SOAK, reason="only `make soak` waits for times")
+@only_soak("waits for times")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_control_c_at_any_time_ends_without_a_trace(command, folder):
     began = clock.now()

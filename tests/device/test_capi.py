@@ -16,7 +16,7 @@ from benchmarks import c_library
 
 from exchange_units import calibration, samples
 from package.packages import MANY_UNITS, cargo_folder
-from repetitions import SOAK
+from repetitions import only_soak
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
@@ -38,8 +38,7 @@ FORBIDDEN = re.compile(
 DOUBLE = re.compile(r"\b(__aeabi_(c?d\w+|\w+2d)|__\w*df\w*)\b")
 """Symbols of the emulation of double precision, as Arm and as compilers call them: __aeabi_dmul, __muldf3."""
 
-SOAKED = pytest.mark.skipif(not SOAK, reason="repeats a law: for make soak")
-SLOW = pytest.mark.skipif(not SOAK, reason="builds nearly all of it once more: for make soak")
+SLOW = only_soak("builds nearly all of it once more")
 
 LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
 
@@ -117,6 +116,7 @@ def test_programs_touch_no_memory_but_their_own(language: str, host_library: Pat
     done(["valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9", program, "vectors"])
 
 
+@SLOW
 def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Path) -> None:
     archive = library(tmp_path, units=MANY_UNITS)
     done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={MANY_UNITS}"), "vectors"])
@@ -337,14 +337,14 @@ def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -
 
 
 SETS = [
-    *(parts for n in (0, 1, 4) for parts in combinations(PARTS, n)),
+    *(parts for n in (0, 1, 2, 4) for parts in combinations(PARTS, n)),
     *(("redundancy", "records", *parts) for n in range(3) for parts in combinations(OF_A_SET, n)),
 ]
-"""Each part alone, and all but one."""
-PAIRS = [pytest.param(parts, marks=SOAKED) for parts in combinations(PARTS, 2)]
+"""Each part alone, each pair, and all but one."""
 
 
-@pytest.mark.parametrize("wanted", [*SETS, *PAIRS], ids="+".join)
+@only_soak("checks all that the library is made of once more")
+@pytest.mark.parametrize("wanted", SETS, ids="+".join)
 def test_the_library_compiles_with_every_set_of_its_parts(wanted: Sequence[str]) -> None:
     options = ["--quiet", "--locked", "--package", "tumble-capi", "--lib", "--no-default-features"]
     done(["cargo", "clippy", *options, "--features", ",".join(wanted), "--", "--deny", "warnings"])
@@ -356,7 +356,7 @@ SINGLE = [(part,) for part in (*PARTS, *OF_A_SET) if part != "redundancy"]
 
 @pytest.mark.parametrize(
     "left_out",
-    [("redundancy",), PARTS, OF_A_SET, *(pytest.param(parts, marks=SLOW) for parts in SINGLE)],
+    [("redundancy",), PARTS, *(pytest.param(parts, marks=SLOW) for parts in (OF_A_SET, *SINGLE))],
     ids="+".join,
 )
 def test_an_image_without_some_parts_is_smaller(
@@ -379,6 +379,7 @@ def test_a_call_of_a_part_that_was_left_out_does_not_link(tmp_path: Path) -> Non
         assert f"undefined reference to `{call}'" in linked.stderr
 
 
+@SLOW
 def test_an_image_that_reaches_a_panic_does_not_link(tmp_path: Path) -> None:
     linked = image(library(tmp_path, "reach-a-panic", device=True))
     assert linked.returncode != 0

@@ -20,7 +20,7 @@ from tumble.laboratory.drift import (
 )
 
 UNITS = 1000
-FLEETS = repetitions(8)
+FLEETS = repetitions(16)
 
 
 @pytest.mark.parametrize(("q", "sigma"), [(1.0, 0.3), (1.0, 1.0), (0.04, 1.0)])

@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 import tumble
-from repetitions import SOAK
+from repetitions import only_soak
 from tumble.logs.optional import EXTRAS
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def checked(schema, *paths):
     return done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.skipif(not SOAK, reason="compiles again, and installs all libraries: for make soak")
+@only_soak("compiles again, and installs all libraries")
 def test_an_installed_wheel_serves_a_newcomer_without_rust(tmp_path):
     for words in (("build_packages.py", tmp_path, "--as-built"), ("try_package.py", tmp_path)):
         command = [sys.executable, ROOT / "scripts" / words[0], *words[1:]]

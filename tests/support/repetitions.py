@@ -4,14 +4,33 @@ from __future__ import annotations
 
 import os
 import random
+from collections.abc import Sequence
+from typing import TypeVar
+
+import pytest
+
+Row = TypeVar("Row")
 
 SOAK = "TUMBLE_SOAK" in os.environ
-"""Indicates whether `make soak` runs the tests: with all repetitions, instead of a quarter."""
+"""Indicates whether `make soak` runs the tests: with all repetitions, instead of an eighth."""
 
 
 def repetitions(everything: int) -> int:
-    """Quarter of `everything`, all of it in `make soak`; what is allowed follows from the number."""
-    return everything if SOAK else everything // 4
+    """Eighth of `everything`, all of it in `make soak`; what is allowed follows from the number."""
+    return everything if SOAK else max(1, everything // 8)
+
+
+def few(rows: Sequence[Row], count: int) -> Sequence[Row]:
+    """Returns `count` of the rows of a law, evenly spaced from the first to the last; all in `make soak`."""
+    if SOAK or count >= len(rows):
+        return rows
+    last = max(count - 1, 1)
+    return [rows[place * (len(rows) - 1) // last] for place in range(count)]
+
+
+def only_soak(reason: str) -> pytest.MarkDecorator:
+    """Marks a test that `make soak` runs alone, because it takes long and repeats what another shows."""
+    return pytest.mark.skipif(not SOAK, reason=f"{reason}: for make soak")
 
 
 def drawn_seed() -> int:

@@ -62,7 +62,7 @@ def test_a_session_of_a_rate_table_is_calibrated(case, rests):
 )
 def test_errors_are_as_large_as_their_sigmas_at_constant_rates(session):
     found = []
-    for seed in range(7100, 7100 + repetitions(8)):
+    for seed in range(7100, 7100 + repetitions(16)):
         result, unit, _ = run(seed, **session)
         target = result.targets[0]
         assert target.verdict == "calibrated", seed

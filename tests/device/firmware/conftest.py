@@ -7,10 +7,9 @@ import shutil
 import pytest
 
 from firmware_images import CORTEX_M4F, EMULATORS, ROOT, build, built_image, run
-from repetitions import SOAK
 
 WITHOUT_FPU = [target for target in EMULATORS if target != CORTEX_M4F]
-"""Processors without floating point unit, first the one that the library for C is built for as well."""
+"""Processors without floating point unit."""
 
 
 def flyable(target):
@@ -38,10 +37,7 @@ def said(image):
     return ran.stdout
 
 
-@pytest.fixture(scope="session", params=WITHOUT_FPU if SOAK else WITHOUT_FPU[:1])
+@pytest.fixture(scope="session", params=WITHOUT_FPU)
 def other_processor(request):
-    """A processor without floating point unit, and the platform for it: of each in `make soak`.
-
-    All of the core is compiled for each.
-    """
+    """A processor without floating point unit, and its platform: all of the core is compiled for it."""
     return request.param, flyable(request.param)

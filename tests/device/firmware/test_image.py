@@ -7,7 +7,7 @@ import re
 import pytest
 
 from firmware_images import FOLDER, ROOT, VECTORS, build, build_optimised, built_image, compare, run
-from repetitions import SOAK
+from repetitions import only_soak
 
 HEAP = re.compile(rb"__rust_alloc|__rust_dealloc|GlobalAlloc|\x00(malloc|calloc|realloc|free|_sbrk)\x00")
 """Names of functions of a heap, in Rust and in C."""
@@ -28,7 +28,7 @@ def test_the_image_names_no_function_of_a_heap(image):
     assert names(image, HEAP) == set()
 
 
-@pytest.mark.skipif(not SOAK, reason="links all of it again: for make soak")
+@only_soak("links all of it once more")
 def test_an_image_with_a_heap_is_found_by_its_names(image):
     built = build("reach-the-heap")
     assert built.returncode == 0, built.stderr
@@ -47,12 +47,13 @@ def test_a_program_with_panics_and_a_heap_is_found(image, pattern, name):
     assert name in names(FOLDER / "mission", pattern)
 
 
+@only_soak("compiles all of the core once more")
 def test_images_for_other_processors_have_no_panic_and_no_heap(other_processor):
     _, other = other_processor
     assert names(other, PANIC) == names(other, HEAP) == set()
 
 
-@pytest.mark.skipif(not SOAK, reason="compiles all of it again: for make soak")
+@only_soak("compiles all of it once more")
 @pytest.mark.parametrize("level", ["z", "2", "3"])
 def test_differently_built_image_has_no_panic_and_flies_the_mission(image, level, tmp_path):
     optimised = build_optimised(level, tmp_path)
@@ -63,7 +64,7 @@ def test_differently_built_image_has_no_panic_and_flies_the_mission(image, level
     assert compared.returncode == 0, compared.stdout[-2000:] + compared.stderr
 
 
-@pytest.mark.skipif(not SOAK, reason="links all of it again, as one of the library for C does: for make soak")
+@only_soak("links all of it once more")
 def test_an_image_that_can_panic_does_not_link(image):
     built = build("reach-a-panic")
     assert built.returncode != 0

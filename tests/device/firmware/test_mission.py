@@ -12,6 +12,7 @@ import pytest
 from benchmarks import footprint
 
 from firmware_images import ROOT, VECTORS, compare, run
+from repetitions import only_soak
 from tumble import _core
 
 FLOWN = json.loads((VECTORS / "redundancy.json").read_text())
@@ -60,6 +61,7 @@ def test_the_device_says_what_the_host_says_bit_for_bit(said, tmp_path):
     assert "bit for bit" in compared.stdout
 
 
+@only_soak("compiles all of the core once more")
 def test_processors_without_fpu_match_the_host_bit_for_bit(other_processor, tmp_path):
     target, image = other_processor
     ran = run(image, ROOT, target)
@@ -71,6 +73,7 @@ def test_processors_without_fpu_match_the_host_bit_for_bit(other_processor, tmp_
     assert "bit for bit" in compared.stdout
 
 
+@only_soak("compiles all of the core once more")
 def test_missing_vectors_without_fpu_are_reported_as_a_failure(other_processor, tmp_path):
     target, image = other_processor
     ran = run(image, tmp_path, target)

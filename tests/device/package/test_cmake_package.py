@@ -18,6 +18,7 @@ from package.packages import (
     run,
     try_to_run,
 )
+from repetitions import only_soak
 
 EXAMPLE = ROOT / "examples" / "c"
 
@@ -37,6 +38,7 @@ def test_an_installed_package_may_be_moved(tmp_path):
     assert run(tmp_path / "consumer" / "consumer") == "3 units: it was done\n"
 
 
+@only_soak("builds nearly all of it once more")
 def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path):
     build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS=MANY_UNITS)
     assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"

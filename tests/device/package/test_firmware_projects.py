@@ -23,7 +23,7 @@ from package.packages import (
     run,
     try_to_run,
 )
-from repetitions import SOAK
+from repetitions import only_soak
 
 # Keys that Zephyr's scripts/zephyr_module.py (commit 013c1350) allows in a module with its own
 # CMakeLists.txt and Kconfig.
@@ -161,7 +161,7 @@ def test_kconfig_of_esp_idf_knows_the_target_of_a_chip(tmp_path, python, chip, t
     assert configured == {"TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target, **parts}
 
 
-@pytest.mark.skipif(not SOAK, reason="installs packages of ESP-IDF: for make soak")
+@only_soak("installs packages of ESP-IDF")
 def test_esp_idfs_own_tools_read_configuration_and_manifest(tmp_path, python_of_esp_idf):
     said = run(python_of_esp_idf, "-c", READ_WITH_ESP_IDF, project_for("ESP32C3", tmp_path), ESP_IDF)
     assert json.loads(said.splitlines()[-1]) == "riscv32imc-unknown-none-elf"

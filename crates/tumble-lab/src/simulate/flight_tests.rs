@@ -130,7 +130,7 @@ proptest! {
     fn velocity_and_attitude_advance_by_acceleration_and_rate(carrier in carrier(), seed in any::<u64>()) {
         let flight = flight(&scenario(carrier, seed));
         let h = 0.01;
-        for index in 0..(flight.duration() / h) as usize {
+        for index in (0..(flight.duration() / h) as usize).step_by(7) {
             let t = index as f64 * h;
             let (truth, middle) = (flight.truth(t + h / 2.0), flight.level_from_case(t + h / 2.0));
             let turned = flight.level_from_case(t).inverse() * flight.level_from_case(t + h);

@@ -70,6 +70,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
         #[test]
         fn the_derivative_named_has_the_root_mean_square_asked_for(
             seed in any::<u64>(), size in 0.1..10.0f64, order in 0..3i32, waves in 1..5usize,

@@ -242,9 +242,9 @@ fn chosen(truth: &[f64], runs: u64) -> [usize; 4] {
 #[test]
 fn intervals_hold_whatever_the_size_of_the_highest_power() {
     println!("seed {SEED}");
-    let (blocks, runs) = (up_and_down(), 60);
-    // About 0, 1, 2, 3, 5 and 10 sigmas of a fit with three powers.
-    for cubic in [0.0, 3e-9, 6e-9, 9e-9, 1.5e-8, 3e-8] {
+    let (blocks, runs) = (up_and_down(), 40);
+    // About 0, 2, 3 and 10 sigmas of a fit with three powers.
+    for cubic in [0.0, 6e-9, 9e-9, 3e-8] {
         let (mut held, mut largest) = (0, 0.0_f64);
         for run in 0..runs {
             let fits = candidates(&blocks, &[2e-5, 1e-6, cubic], run);
@@ -257,7 +257,7 @@ fn intervals_hold_whatever_the_size_of_the_highest_power() {
         println!("{cubic:e}: {held} of {runs}, largest {largest:.1}");
         // Between powers that are there or not, fewer intervals hold; none is far off.
         assert!(
-            held >= 48 && largest < 5.0,
+            held >= 32 && largest < 5.0,
             "{cubic}: {held} of {runs}, {largest}"
         );
     }

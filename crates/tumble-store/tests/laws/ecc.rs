@@ -115,9 +115,9 @@ fn reopened<const WORD: usize>(store: &mut RecordStore<Ecc<WORD>>) -> RecordStor
 #[test]
 fn dead_words_and_stuck_bits_are_passed_over() {
     let failed = [
-        failures::<4>(400, 1, 91),
-        failures::<8>(400, 1, 92),
-        failures::<32>(400, 1, 93),
+        failures::<4>(100, 1, 91),
+        failures::<8>(100, 1, 92),
+        failures::<32>(100, 1, 93),
     ];
     assert_eq!(failed, [0; 3]);
 }
