@@ -155,7 +155,8 @@ def waited(page, condition):
     while clock.now() < until:
         if found := condition():
             return found
-        await_drawing(page)
+        # Twice asked by a timer of the page: to draw it meanwhile takes a core.
+        page.wait_for_function("(window.asked = !window.asked) === false", polling=100)
     raise AssertionError(f"not within the time: {page.locator('body').inner_text()[:500]}")
 
 
