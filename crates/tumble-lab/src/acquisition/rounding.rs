@@ -51,6 +51,8 @@ pub struct RoundingMonitor {
     dead_band: DeadBand<f64, CHANNELS>,
     open: [EvenStretch; AXES],
     stretches: [Vec<EvenStretch>; AXES],
+    /// Those in which it read exactly zero, but for moments.
+    zeros: [Vec<EvenStretch>; AXES],
 }
 
 impl Default for RoundingMonitor {
@@ -67,6 +69,7 @@ impl RoundingMonitor {
             dead_band: DeadBand::new(),
             open: [EvenStretch::default(); AXES],
             stretches: [const { Vec::new() }; AXES],
+            zeros: [const { Vec::new() }; AXES],
         }
     }
 
@@ -79,6 +82,9 @@ impl RoundingMonitor {
         self.dead_band.push(*y);
         for axis in 0..AXES {
             let level = y[CHANNELS / 2 + axis];
+            if level == 0.0 {
+                push_zero(&mut self.zeros[axis], time);
+            }
             let same = SAME * self.resolution[CHANNELS / 2 + axis].smallest_change();
             let open = &mut self.open[axis];
             if (level - open.level).abs() <= same {
@@ -119,7 +125,20 @@ impl RoundingMonitor {
             hidden,
             scatter,
             stretches: self.stretches,
+            zero_stretches: self.zeros,
         }
+    }
+}
+
+/// Goes on with the last stretch, or begins one: noise at the edge of a dead band interrupts it for a moment.
+fn push_zero(stretches: &mut Vec<EvenStretch>, time: u64) {
+    match stretches.last_mut() {
+        Some(last) if time.saturating_sub(last.end) <= SHORTEST => last.end = time,
+        _ => stretches.push(EvenStretch {
+            level: 0.0,
+            start: time,
+            end: time,
+        }),
     }
 }
 
@@ -139,6 +158,7 @@ pub struct Rounding {
     /// Variance of a sample at rest.
     scatter: [f64; CHANNELS],
     stretches: [Vec<EvenStretch>; AXES],
+    zero_stretches: [Vec<EvenStretch>; AXES],
 }
 
 impl Rounding {
@@ -187,7 +207,7 @@ impl Rounding {
     }
 
     /// Variance left on the angle of a turn, rad^2, of which the rests, whose rates are alike, share the error
-    /// (docs/theory/rounding.md, eq. 3).
+    /// (docs/theory/rounding.md, eq. 3, 5).
     pub fn of_turn(&self, turn: &Segment<f64>, rests: usize) -> Vector3<f64> {
         let span = interval(turn);
         let turned = turn.moments.variance();
@@ -204,7 +224,7 @@ impl Rounding {
             };
             #[allow(clippy::cast_precision_loss)]
             let shared = rests.max(1) as f64;
-            variance * shared // eq. 3
+            variance * shared // eq. 3, 5
         })
     }
 
@@ -214,21 +234,23 @@ impl Rounding {
     }
 
     /// Variance of the angle, rad^2, that the stretches of even readings within a span leave: each has one error all along.
+    /// A dead band has one sign as the axis starts and as it stops.
     fn of_even(&self, axis: usize, span: &Interval<f64>) -> f64 {
         const UNIFORM: f64 = 1.0 / 3.0;
         let channel = CHANNELS / 2 + axis;
-        let hidden = self.dead_band[channel].powi(2) * UNIFORM;
-        let stretches = &self.stretches[axis];
-        let first = stretches.partition_point(|stretch| seconds::<f64>(stretch.end) <= span.start);
-        stretches[first..]
-            .iter()
-            .take_while(|stretch| seconds::<f64>(stretch.start) < span.end)
-            .map(|stretch| {
-                let (start, end) = (seconds::<f64>(stretch.start), seconds::<f64>(stretch.end));
-                let length = end.min(span.end) - start.max(span.start);
-                let of_level = if stretch.level == 0.0 { hidden } else { 0.0 };
-                (self.of_steps[channel] + of_level) * length * length
-            })
-            .sum()
+        let squares: f64 = within(&self.stretches[axis], span)
+            .map(|length| length * length)
+            .sum();
+        let hidden: f64 = within(&self.zero_stretches[axis], span).sum();
+        self.of_steps[channel] * squares + (self.dead_band[channel] * hidden).powi(2) * UNIFORM // eq. 3, 5
     }
+}
+
+/// Lengths, s, of the stretches within a span, of stretches in the order of time.
+fn within<'a>(stretches: &'a [EvenStretch], span: &'a Interval<f64>) -> impl Iterator<Item = f64> + 'a {
+    let first = stretches.partition_point(|each| seconds::<f64>(each.end) <= span.start);
+    stretches[first..]
+        .iter()
+        .take_while(|each| seconds::<f64>(each.start) < span.end)
+        .map(|each| seconds::<f64>(each.end).min(span.end) - seconds::<f64>(each.start).max(span.start))
 }
