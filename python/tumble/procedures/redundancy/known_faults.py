@@ -43,6 +43,10 @@ COVERED = "already calibrating"
 """Why nothing more is done about a deviation: a calibration under way covers it, so it is no news."""
 
 
+STORED_AS_GOOD = "not better"
+"""Why a fit is refused that explains the motion no better than the stored error, which is no fault."""
+
+
 @dataclass(frozen=True, slots=True)
 class KnownFault:
     """Something that was known to be wrong while nothing was done about it."""
@@ -193,6 +197,22 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
         start = last.time if last is not None else result.start
         cause = ending[-1] if ending else _unhealthy_at_the_end(own)
         yield KnownFault("not calibrated", start, result.end, (unit,), cause)
+        return
+    for sensor in ("accelerometer", "gyroscope"):
+        if (refused := _refused_at_last(own, sensor)) is not None:
+            yield KnownFault("not calibrated", refused.time, result.end, (unit,), refused)
+            return
+
+
+def _refused_at_last(own: Sequence[RedundancyEvent], sensor: str) -> RedundancyEvent | None:
+    """Returns what refused the last fit of a sensor that still deviates."""
+    fits = [
+        event
+        for event in own
+        if event.event in ("adopted", "refused") and event.figures.get("sensor") == sensor
+    ]
+    is_refused = bool(fits) and fits[-1].event == "refused" and fits[-1].figures["reason"] != STORED_AS_GOOD
+    return fits[-1] if is_refused and not _agrees(own, sensor) else None
 
 
 def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
