@@ -1087,6 +1087,14 @@ class AlignForceFigures(TypedDict):
     accelerometer_delay_sigma: float
     accelerometer_stretch: FloatArray
     accelerometer_residual: float
+    changed: AlignStep | None
+
+class AlignStep(TypedDict):
+    """Unknowns that have other values from a time on, s: later values less those before, and sigmas."""
+
+    time: float
+    size: list[float]
+    sigma: list[float]
 
 class AlignFigures(TypedDict):
     """How a secondary sits beside a primary; see `tumble.procedures.align.result.UnitAlignment`."""
@@ -1112,6 +1120,7 @@ class AlignFigures(TypedDict):
     skew_sigma: float
     reference_time: float
     gyroscope_residual: float
+    changed: AlignStep | None
     forces: AlignForceFigures | None
     primary_saturated: int
     primary_not_finite: int

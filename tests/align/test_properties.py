@@ -177,3 +177,24 @@ def test_biases_hold_where_rests_are_rounded(seed):
     unit = tumble.align(logs[0], [logs[1]]).units[0]
     error = unit.gyroscope_bias - secondary.gyroscope_bias
     assert np.all(np.abs(error) < 5.0 * unit.gyroscope_bias_sigma), (error, unit.gyroscope_bias_sigma)
+
+
+@pytest.mark.parametrize(("degrees", "seed"), [(0.3, 41), (2.0, 42), (10.0, 43)])
+def test_a_unit_that_slips_half_way_is_named_and_both_rotations_hold(degrees, seed):
+    before = drawn(seed)
+    slip = Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.0, 0.8]))
+    after = replace(before, sensor_from_body=slip * before.sensor_from_body)
+    motion, seconds = Motion(seed), 60.0
+    first, _ = recordings(motion, (Sensor(), before), seconds)
+    time, *early = record(motion, before, seconds, 1)
+    _, *late = record(motion, after, seconds, 1)
+    half = len(time) // 2
+    joined = [np.vstack([a[:half], b[half:]]) for a, b in zip(early, late, strict=True)]
+    unit = tumble.align(first, [tumble.Recording.from_arrays("slipped", time, *joined)]).units[0]
+    warning = next(warning for warning in unit.warnings if warning.startswith("from "))
+    told = re.match(r"from ([\d.]+) s on the rotation differs by about ([\d.]+) deg", warning)
+    assert float(told[1]) == pytest.approx(0.5 * seconds, abs=2.0)
+    assert float(told[2]) == pytest.approx(degrees, rel=0.5)
+    for sensor in (before, after):
+        error, sigma = errors(unit, Sensor(), sensor, seconds)["rotation"]
+        assert np.all(np.abs(error) < 3.0 * sigma), (error, sigma)

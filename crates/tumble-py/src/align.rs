@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_lab::align::forces::ForcesFit;
-use tumble_lab::align::rates::RatesFit;
+use tumble_lab::align::rates::{Changed, RatesFit};
 use tumble_lab::align::samples::UnitSamples;
 use tumble_lab::align::{AlignError, AlignSettings, Aligned, align};
 
@@ -98,6 +98,7 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("skew_sigma", rates.clock_sigma.1)?;
     figures.set_item("reference_time", rates.clock.reference)?;
     figures.set_item("gyroscope_residual", rates.scale)?;
+    figures.set_item("changed", changed(py, rates.changed.as_ref())?)?;
     match &found.forces {
         Some(forces) => figures.set_item("forces", force_figures(py, rates, forces)?)?,
         None => figures.set_item("forces", py.None())?,
@@ -122,7 +123,21 @@ fn force_figures<'py>(py: Python<'py>, rates: &RatesFit, forces: &ForcesFit) -> 
     figures.set_item("accelerometer_delay_sigma", forces.delay_sigma)?;
     figures.set_item("accelerometer_stretch", array2(py, &forces.stretch))?;
     figures.set_item("accelerometer_residual", forces.scale)?;
+    figures.set_item("changed", changed(py, forces.changed.as_ref())?)?;
     Ok(figures)
+}
+
+/// A step of unknowns as time, sizes and sigmas.
+fn changed<'py, const M: usize>(
+    py: Python<'py>,
+    step: Option<&Changed<M>>,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let Some(step) = step else { return Ok(None) };
+    let figures = PyDict::new(py);
+    figures.set_item("time", step.time)?;
+    figures.set_item("size", <[f64; M]>::from(step.size))?;
+    figures.set_item("sigma", <[f64; M]>::from(step.sigma))?;
+    Ok(Some(figures))
 }
 
 fn error(py: Python<'_>, refusal: &AlignError) -> PyErr {

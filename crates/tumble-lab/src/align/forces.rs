@@ -5,7 +5,7 @@ use tumble_core::rotation::cross_matrix;
 
 use crate::align::grid::TrianglePair;
 use crate::align::rates::{
-    ABOVE_NOISE, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
+    ABOVE_NOISE, Changed, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
 };
 use crate::align::robust::{GaussianPrior, ResidualRow, covariance, covariance_of_neglected, scale_of, step};
 use crate::align::samples::{force_of, rate_of};
@@ -34,6 +34,9 @@ const LARGEST_ANGLE: f64 = 0.02;
 /// 1-sigma of the time by which the accelerometers are later against each other than the gyroscopes, s.
 const LARGEST_DELAY: f64 = 0.005;
 
+/// Unknowns that a log does not change: the lever arm. Biases that drift look like an angle that changes.
+const CONSTANT: [usize; 3] = [0, 1, 2];
+
 /// Estimates from the specific forces of two units, given the rates.
 #[derive(Clone, Debug)]
 pub struct ForcesFit {
@@ -57,6 +60,8 @@ pub struct ForcesFit {
     pub delay_sigma: f64,
     /// S of `M = (1 + S) R`, symmetric where all of it is seen.
     pub stretch: Matrix3<f64>,
+    /// Step of the lever arm, m, in the course of the log.
+    pub changed: Option<Changed<3>>,
     /// 1-sigma of a component of a residual, m/s^2.
     pub scale: f64,
     /// Sum of the squares of angle, stretch and delay over what they may be between two sound units.
@@ -236,8 +241,9 @@ impl ForceUnknowns {
         let prior = self.prior(unseen, settings);
         let neglected = |k: usize| self.neglected(&pairs[k]);
         let sigma = settings.stretch_sigma();
-        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior)?
-            + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
+        let spread = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior, CONSTANT)?;
+        let mut covariance =
+            spread.covariance + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
         for direction in unseen {
             let mut arm = covariance.fixed_view_mut::<3, 3>(0, 0);
             arm += direction * direction.transpose() * (LARGEST_ARM * LARGEST_ARM);
@@ -254,6 +260,7 @@ impl ForceUnknowns {
             delay: self.delay,
             delay_sigma: sigma[DELAY],
             stretch: self.stretched() - Matrix3::identity(),
+            changed: spread.step.map(|step| Changed::at(pairs, step)),
             scale,
             of_priors: of_priors(&prior),
         })

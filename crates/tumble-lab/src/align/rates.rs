@@ -6,7 +6,9 @@ use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 use tumble_core::turntable::clock::LARGEST_SKEW;
 
 use crate::align::grid::{Grid, RelativeClock, TrianglePair};
-use crate::align::robust::{GaussianPrior, ResidualRow, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::robust::{
+    GaussianPrior, ResidualRow, Step, covariance, covariance_of_neglected, scale_of, step,
+};
 use crate::align::samples::{UnitSamples, rate_of};
 use crate::align::settings::AlignSettings;
 
@@ -35,6 +37,32 @@ const LARGEST_BIAS: f64 = 1.0;
 /// 1-sigma of a skew before any data where there is only one clock.
 const NO_SKEW: f64 = 1e-12;
 
+/// Unknowns that a log does not change: rotation and offset.
+const CONSTANT: [usize; 4] = [0, 1, 2, OFFSET];
+
+/// Unknowns that have other values from some time on.
+#[derive(Clone, Copy, Debug)]
+pub struct Changed<const M: usize> {
+    /// Time of the first pair that has them, s of the primary's clock.
+    pub time: f64,
+    /// Later values less those before.
+    pub size: SVector<f64, M>,
+    /// 1-sigma of each.
+    pub sigma: SVector<f64, M>,
+}
+
+impl<const M: usize> Changed<M> {
+    /// The step with its time, that of the first pair of its block.
+    pub(super) fn at(pairs: &[TrianglePair], step: Step<M>) -> Self {
+        let first = pairs.partition_point(|pair| pair.block < step.block);
+        Self {
+            time: pairs.get(first).map_or(f64::NAN, |pair| pair.time),
+            size: step.size,
+            sigma: step.sigma,
+        }
+    }
+}
+
 /// Estimates from the rates of two units.
 #[derive(Clone, Debug)]
 pub struct RatesFit {
@@ -55,6 +83,8 @@ pub struct RatesFit {
     pub clock: RelativeClock,
     /// 1-sigma of offset, s, and of skew.
     pub clock_sigma: (f64, f64),
+    /// Step of rotation, rad about the secondary's axes, and offset, s, in the course of the log.
+    pub changed: Option<Changed<4>>,
     /// 1-sigma of a component of a residual, rad/s.
     pub scale: f64,
     /// 1-sigma of a component of the difference of angular accelerations, rad/s^2.
@@ -271,8 +301,9 @@ impl RateUnknowns {
         let deviance = step(pairs.len(), row, &prior)?.deviance;
         let neglected = |k: usize| self.neglected(&pairs[k]);
         let sigma = settings.stretch_sigma();
-        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior)?
-            + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
+        let spread = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior, CONSTANT)?;
+        let covariance =
+            spread.covariance + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
         let matrix = self.matrix();
         let slopes = pairs
             .iter()
@@ -289,6 +320,7 @@ impl RateUnknowns {
                 covariance[(OFFSET, OFFSET)].sqrt(),
                 covariance[(SKEW, SKEW)].sqrt(),
             ),
+            changed: spread.step.map(|step| Changed::at(&pairs, step)),
             scale,
             slope_scale: scale_of(slopes),
             deviance,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 
-use crate::distributions::median;
+use crate::distributions::{chi_square_tail, median};
 
 /// Residuals of so many sigmas count half: what is worse than noise counts the less the worse it is.
 const HALF_WEIGHT: f64 = 4.0;
@@ -12,6 +12,13 @@ const MEDIAN_LENGTH: f64 = 1.538_172;
 
 /// Residuals are never taken to be smaller than this, in the unit of the rows: data without noise.
 const SMALLEST_SCALE: f64 = 1e-9;
+
+/// Information on a step, over all that there is on the unknown, below which its time is not tried. In the middle of an even
+/// log it is a quarter, and a sixteenth for the offset beside a skew.
+const INFORMATION: f64 = 0.03;
+
+/// Chance of a step where there is none, in a whole log.
+const BY_CHANCE: f64 = 1e-2;
 
 /// Model derivative by the unknowns, and residual.
 pub type ResidualRow<const N: usize> = (SMatrix<f64, 3, N>, Vector3<f64>);
@@ -78,42 +85,156 @@ pub fn step<const N: usize>(
         })
 }
 
-/// Covariance of the solution: its change as each block in turn is left out (docs/theory/align.md, eq. 9), and the
-/// share that the priors leave open. `block` gives the block of each row, ascending.
-pub fn covariance<const N: usize>(
+/// Share of one block of time in the normal equations.
+struct Block<const N: usize> {
+    number: usize,
+    normal: SMatrix<f64, N, N>,
+    score: SVector<f64, N>,
+}
+
+fn blocks<const N: usize>(
     count: usize,
     row: impl Fn(usize) -> ResidualRow<N>,
     block: impl Fn(usize) -> usize,
     scale: f64,
-    prior: &GaussianPrior<N>,
-) -> Option<SMatrix<f64, N, N>> {
-    let mut blocks: Vec<(usize, SMatrix<f64, N, N>, SVector<f64, N>)> = Vec::new();
+) -> Vec<Block<N>> {
+    let mut blocks: Vec<Block<N>> = Vec::new();
     for k in 0..count {
         let (design, residual) = row(k);
         let squared = residual.norm_squared() / (scale * scale);
         let weight = weight(squared);
         // Derivative of the weighted residual, in the mean over its directions.
         let stiffness = weight - 2.0 / 3.0 * weight * weight * squared / (HALF_WEIGHT * HALF_WEIGHT);
-        if blocks.last().is_none_or(|(number, ..)| *number != block(k)) {
-            blocks.push((block(k), SMatrix::zeros(), SVector::zeros()));
+        let number = block(k);
+        if blocks.last().is_none_or(|last| last.number != number) {
+            let (normal, score) = (SMatrix::zeros(), SVector::zeros());
+            blocks.push(Block {
+                number,
+                normal,
+                score,
+            });
         }
-        if let Some((_, normal, score)) = blocks.last_mut() {
-            *normal += design.tr_mul(&design) * (stiffness / (scale * scale));
-            *score += design.tr_mul(&residual) * (weight / (scale * scale));
+        if let Some(last) = blocks.last_mut() {
+            last.normal += design.tr_mul(&design) * (stiffness / (scale * scale));
+            last.score += design.tr_mul(&residual) * (weight / (scale * scale));
         }
     }
-    let normal = blocks.iter().fold(prior.precision, |sum, block| sum + block.1);
+    blocks
+}
+
+/// Unknowns that take other values from some block on.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<const M: usize> {
+    /// Number of the first block that has the later values.
+    pub block: usize,
+    /// Later values less those before.
+    pub size: SVector<f64, M>,
+    /// 1-sigma of each.
+    pub sigma: SVector<f64, M>,
+}
+
+/// Covariance of a solution, and what its unknowns that ought to be constant did.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread<const N: usize, const M: usize> {
+    /// Covariance, the step included.
+    pub covariance: SMatrix<f64, N, N>,
+    /// Step of those unknowns, where chance explains none of it.
+    pub step: Option<Step<M>>,
+}
+
+/// Covariance of the solution: its change as each block in turn is left out (docs/theory/align.md, eq. 9), and the
+/// share that the priors leave open. `block` gives the block of each row, ascending. It grows where the unknowns
+/// `constant` took a step (eq. 18).
+pub fn covariance<const N: usize, const M: usize>(
+    count: usize,
+    row: impl Fn(usize) -> ResidualRow<N>,
+    block: impl Fn(usize) -> usize,
+    scale: f64,
+    prior: &GaussianPrior<N>,
+    constant: [usize; M],
+) -> Option<Spread<N, M>> {
+    let blocks = blocks(count, row, block, scale);
+    let normal = blocks
+        .iter()
+        .fold(prior.precision, |sum, block| sum + block.normal);
     let inverse = Cholesky::<f64, Const<N>>::new(normal)?.inverse();
     #[allow(clippy::cast_precision_loss)]
     let share = (blocks.len() as f64 - 1.0) / blocks.len() as f64;
     let mut covariance = inverse * prior.precision * inverse; // eq. 9
-    for (_, without, score) in &blocks {
+    for block in &blocks {
         // A block without which nothing could be solved keeps the influence it has beside the others.
-        let change =
-            Cholesky::new(normal - without).map_or_else(|| inverse * score, |rest| rest.solve(score));
+        let change = Cholesky::new(normal - block.normal)
+            .map_or_else(|| inverse * block.score, |rest| rest.solve(&block.score));
         covariance += change * change.transpose() * share; // eq. 9
     }
-    Some(covariance)
+    let found = largest_step(&blocks, &inverse, constant);
+    if let Some((step, pulled)) = &found {
+        // The error before the step is what it pulls, that after it is less by the step.
+        let mut after = *pulled;
+        for (place, unknown) in constant.into_iter().enumerate() {
+            after[unknown] -= step.size[place];
+        }
+        covariance += (pulled * pulled.transpose() + after * after.transpose()) * 0.5; // eq. 18
+    }
+    Some(Spread {
+        covariance,
+        step: found.map(|(step, _)| step),
+    })
+}
+
+/// Finds the step, and what it does to the solution, that explains most of the scores, if chance does not explain it
+/// (docs/theory/align.md, eq. 17).
+fn largest_step<const N: usize, const M: usize>(
+    blocks: &[Block<N>],
+    inverse: &SMatrix<f64, N, N>,
+    constant: [usize; M],
+) -> Option<(Step<M>, SVector<f64, N>)> {
+    #[allow(clippy::cast_precision_loss)]
+    let (tried, freedom) = (blocks.len() as f64, M as f64);
+    let all: SMatrix<f64, N, N> = blocks.iter().map(|block| block.normal).sum();
+    let all = SMatrix::<f64, M, M>::from_fn(|i, j| all[(constant[i], constant[j])]);
+    let mut best: Option<(f64, Step<M>, SVector<f64, N>)> = None;
+    for split in 1..blocks.len() {
+        let later = &blocks[split..];
+        let normal: SMatrix<f64, N, N> = later.iter().map(|block| block.normal).sum();
+        let columns = SMatrix::<f64, N, M>::from_fn(|i, j| normal[(i, constant[j])]);
+        let influence = inverse * columns; // eq. 17: B
+        let own = |block: &Block<N>| SVector::<f64, M>::from_fn(|j, _| block.score[constant[j]]);
+        let score: SVector<f64, M> = later.iter().map(own).sum();
+        let information =
+            SMatrix::<f64, M, M>::from_fn(|i, j| columns[(constant[i], j)]) - columns.tr_mul(&influence);
+        // Less in any direction: what follows would be amplified noise.
+        if Cholesky::<f64, Const<M>>::new(information - all * INFORMATION).is_none() {
+            continue;
+        }
+        let inverted =
+            |matrix: SMatrix<f64, M, M>| Cholesky::<f64, Const<M>>::new(matrix).map(|found| found.inverse());
+        let Some(solved) = inverted(information) else {
+            continue;
+        };
+        let size = solved * score; // eq. 17: delta
+        let mut design = -influence;
+        let mut scatter = SMatrix::<f64, M, M>::zeros();
+        for (k, block) in blocks.iter().enumerate() {
+            if k == split {
+                (0..M).for_each(|j| design[(constant[j], j)] += 1.0);
+            }
+            let own = design.tr_mul(&block.score); // eq. 17: e
+            scatter += own * own.transpose();
+        }
+        let Some(scattered) = inverted(scatter) else {
+            continue;
+        };
+        let share = score.dot(&(scattered * score)) / tried; // eq. 17: lambda / G
+        let statistic = -(tried - 0.5 * (freedom + 1.0)) * (-share).ln_1p(); // eq. 17
+        if statistic.is_finite() && best.as_ref().is_none_or(|(most, ..)| statistic > *most) {
+            let sigma = (solved * scatter * solved.transpose()).diagonal().map(f64::sqrt);
+            let block = blocks[split].number;
+            best = Some((statistic, Step { block, size, sigma }, influence * size));
+        }
+    }
+    let (statistic, step, pulled) = best?;
+    (tried * chi_square_tail(statistic, freedom) < BY_CHANCE).then_some((step, pulled))
 }
 
 /// Covariance due to unknowns that are not fitted (docs/theory/align.md, eq. 10): `neglected` is the derivative of the

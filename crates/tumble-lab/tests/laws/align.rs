@@ -178,8 +178,8 @@ fn fitted(rows: &[(SMatrix<f64, 3, 2>, Vector3<f64>)]) -> (Vector2<f64>, SMatrix
         scale = next.scale;
     }
     let row = |k: usize| (rows[k].0, rows[k].1 - rows[k].0 * x);
-    let spread = covariance(rows.len(), row, |k| k / 10, scale, &belief).expect("rows are finite");
-    (x, spread)
+    let spread = covariance(rows.len(), row, |k| k / 10, scale, &belief, [0, 1]).expect("rows are finite");
+    (x, spread.covariance)
 }
 
 #[test]

@@ -144,6 +144,7 @@ def _no_forces() -> _core.AlignForceFigures:
         "accelerometer_delay_sigma": math.inf,
         "accelerometer_stretch": np.full((3, 3), np.nan),
         "accelerometer_residual": math.nan,
+        "changed": None,
     }
 
 
@@ -197,6 +198,7 @@ def _warnings(figures: _core.AlignFigures, around: float, time: LogTime, rate: f
         saturated = figures["primary_saturated" if whose == "primary" else "secondary_saturated"]
         if saturated:
             yield f"left out {count_of('sample', saturated)} of the {whose} at the end of its range"
+    yield from _changes(figures, time)
     if not figures["one_clock"] and abs(figures["skew"]) > SHOWN * figures["skew_sigma"]:
         yield (
             f"the clocks drift apart by {1e6 * figures['skew']:.1f} ppm: the offset holds at "
@@ -204,6 +206,26 @@ def _warnings(figures: _core.AlignFigures, around: float, time: LogTime, rate: f
         )
     if figures["forces"] is not None and figures["widened"] == 1.0:
         yield from _force_warnings(figures["forces"], figures["completed"])
+
+
+def _changes(figures: _core.AlignFigures, time: LogTime) -> Iterator[str]:
+    """Remarks on what is to be constant and took a step (docs/theory/align.md, eq. 17)."""
+    if (step := figures["changed"]) is not None:
+        size, at = np.array(step["size"]), time.at(step["time"])
+        turned, later = math.degrees(float(np.linalg.norm(size[:3]))), 1e3 * float(size[3])
+        yield (
+            f"from {at} on the rotation differs by about {turned:.2g} deg, and the time offset by "
+            f"{later:.2g} ms, from those before: the unit slipped, its clock was set, or the motion is of "
+            "another kind; the sigmas include that; cut the log there"
+        )
+    forces = figures["forces"]
+    if forces is not None and (step := forces["changed"]) is not None:
+        size, at = np.array(step["size"]), time.at(step["time"])
+        arm = 1e3 * float(np.linalg.norm(size))
+        yield (
+            f"from {at} on the lever arm differs by about {arm:.2g} mm from that before; the sigmas include "
+            "that; cut the log there"
+        )
 
 
 def _force_warnings(forces: _core.AlignForceFigures, one_axis: bool) -> Iterator[str]:
