@@ -71,7 +71,7 @@ test-tools: $(VENV)/.requirements-test
 	scripts/install_postgres.sh
 
 test-python: $(VENV)/.native test-tools web  ## Run the tests of Python, C and firmware
-	$(BIN)/python -m pytest --numprocesses auto
+	$(BIN)/python -m pytest --numprocesses auto --max-worker-restart 0
 
 coverage: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python and print the share of lines and branches they reach
 	$(BIN)/python -m pytest --numprocesses auto --cov --cov-report term:skip-covered

@@ -146,6 +146,17 @@ def test_a_secondary_whose_calibration_is_withheld_is_not_calibrated(reason):
     assert kinds(replace(made, events=(*made.events, *within))) == []
 
 
+@pytest.mark.parametrize(("reason", "found"), [("implausible scale", ["not calibrated"]), ("not better", [])])
+def test_a_refused_fit_of_one_sensor_counts_whatever_the_other_has(reason, found):
+    refused = cases.event(45.0, "imu3", "refused", sensor="gyroscope", reason=reason, value=0.5, limit=0.1)
+    adopted = cases.event(46.0, "imu3", "adopted", sensor="accelerometer")
+    figures = {"check": "vector", "deviation": 0.3, "threshold": 0.001, "exceeded": True}
+    deviates = cases.event(44.0, "imu3", "evaluated", sensor="gyroscope", **figures)
+    assert kinds(with_events(deviates, refused, adopted)) == found
+    later = cases.event(60.0, "imu3", "adopted", sensor="gyroscope")
+    assert kinds(with_events(deviates, refused, adopted, later)) == []
+
+
 def test_a_refuted_secondary_is_a_fault_until_it_is_healthy():
     refuted = cases.event(
         40.0, "imu3", "unhealthy", sensor="accelerometer", reason="refuted", value=19.4, limit=4.0
