@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 
 import pytest
 
 from log_fixtures import made_up, write_text
 from patience import PATIENCE
+from tumble.logs.ahead import ahead
 
 SAMPLES = 6000
 BEGIN = """
@@ -84,3 +86,27 @@ def a_pass():
         timeout=PATIENCE,
     )
     assert done.stdout == f"{sum(range(1, 100))}\n"
+
+
+def test_a_pass_that_is_closed_has_read_the_part_that_it_began():
+    """Otherwise the file would be closed beneath a thread that reads it."""
+    begun, may_end, happened = threading.Event(), threading.Event(), []
+
+    def parts():
+        yield 1
+        begun.set()
+        may_end.wait()
+        happened.append("read")
+        yield 2
+
+    reading = ahead(parts())
+    assert next(reading) == 1
+    begun.wait()
+    closing = threading.Thread(target=lambda: (reading.close(), happened.append("closed")))
+    closing.start()
+    for _ in range(100_000):
+        if not closing.is_alive():
+            break
+    may_end.set()
+    closing.join()
+    assert happened == ["read", "closed"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import wait
 from typing import TypeVar
 
 from tumble.foundation.executors import unjoined_executor
@@ -14,6 +15,11 @@ def ahead(parts: Iterator[Part]) -> Iterator[Part]:
     """Yields the same parts; the next one is read in a thread of its own, whose errors come out here."""
     with unjoined_executor(1) as thread:
         coming = thread.submit(next, parts, None)
-        while (part := coming.result()) is not None:
-            coming = thread.submit(next, parts, None)
-            yield part
+        try:
+            while (part := coming.result()) is not None:
+                coming = thread.submit(next, parts, None)
+                yield part
+        finally:
+            # What is read from is closed next, and a library may crash that reads on.
+            if not coming.cancel():
+                wait([coming])
