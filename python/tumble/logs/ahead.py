@@ -20,6 +20,6 @@ def ahead(parts: Iterator[Part]) -> Iterator[Part]:
                 coming = thread.submit(next, parts, None)
                 yield part
         finally:
-            # What is read from is closed next, and a library may crash that reads on.
+            # The file is closed next, and a library may crash that reads on.
             if not coming.cancel():
                 wait([coming])

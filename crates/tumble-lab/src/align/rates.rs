@@ -7,7 +7,7 @@ use tumble_core::turntable::clock::LARGEST_SKEW;
 
 use crate::align::grid::{Grid, RelativeClock, TrianglePair};
 use crate::align::robust::{
-    GaussianPrior, ResidualRow, Step, covariance, covariance_of_neglected, scale_of, step,
+    GaussianPrior, ResidualRow, UnknownStep, covariance, covariance_of_neglected, scale_of, step,
 };
 use crate::align::samples::{UnitSamples, rate_of};
 use crate::align::settings::AlignSettings;
@@ -53,7 +53,7 @@ pub struct Changed<const M: usize> {
 
 impl<const M: usize> Changed<M> {
     /// The step with its time, that of the first pair of its block.
-    pub(super) fn at(pairs: &[TrianglePair], step: Step<M>) -> Self {
+    pub(super) fn at(pairs: &[TrianglePair], step: UnknownStep<M>) -> Self {
         let first = pairs.partition_point(|pair| pair.block < step.block);
         Self {
             time: pairs.get(first).map_or(f64::NAN, |pair| pair.time),

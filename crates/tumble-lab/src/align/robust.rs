@@ -86,7 +86,7 @@ pub fn step<const N: usize>(
 }
 
 /// Share of one block of time in the normal equations.
-struct Block<const N: usize> {
+struct BlockShare<const N: usize> {
     number: usize,
     normal: SMatrix<f64, N, N>,
     score: SVector<f64, N>,
@@ -97,8 +97,8 @@ fn blocks<const N: usize>(
     row: impl Fn(usize) -> ResidualRow<N>,
     block: impl Fn(usize) -> usize,
     scale: f64,
-) -> Vec<Block<N>> {
-    let mut blocks: Vec<Block<N>> = Vec::new();
+) -> Vec<BlockShare<N>> {
+    let mut blocks: Vec<BlockShare<N>> = Vec::new();
     for k in 0..count {
         let (design, residual) = row(k);
         let squared = residual.norm_squared() / (scale * scale);
@@ -108,7 +108,7 @@ fn blocks<const N: usize>(
         let number = block(k);
         if blocks.last().is_none_or(|last| last.number != number) {
             let (normal, score) = (SMatrix::zeros(), SVector::zeros());
-            blocks.push(Block {
+            blocks.push(BlockShare {
                 number,
                 normal,
                 score,
@@ -124,7 +124,7 @@ fn blocks<const N: usize>(
 
 /// Unknowns that take other values from some block on.
 #[derive(Clone, Copy, Debug)]
-pub struct Step<const M: usize> {
+pub struct UnknownStep<const M: usize> {
     /// Number of the first block that has the later values.
     pub block: usize,
     /// Later values less those before.
@@ -135,11 +135,11 @@ pub struct Step<const M: usize> {
 
 /// Covariance of a solution, and what its unknowns that ought to be constant did.
 #[derive(Clone, Copy, Debug)]
-pub struct Spread<const N: usize, const M: usize> {
+pub struct RobustCovariance<const N: usize, const M: usize> {
     /// Covariance, the step included.
     pub covariance: SMatrix<f64, N, N>,
     /// Step of those unknowns, where chance explains none of it.
-    pub step: Option<Step<M>>,
+    pub step: Option<UnknownStep<M>>,
 }
 
 /// Covariance of the solution: its change as each block in turn is left out (docs/theory/align.md, eq. 9), and the
@@ -152,7 +152,7 @@ pub fn covariance<const N: usize, const M: usize>(
     scale: f64,
     prior: &GaussianPrior<N>,
     constant: [usize; M],
-) -> Option<Spread<N, M>> {
+) -> Option<RobustCovariance<N, M>> {
     let blocks = blocks(count, row, block, scale);
     let normal = blocks
         .iter()
@@ -176,7 +176,7 @@ pub fn covariance<const N: usize, const M: usize>(
         }
         covariance += (pulled * pulled.transpose() + after * after.transpose()) * 0.5; // eq. 18
     }
-    Some(Spread {
+    Some(RobustCovariance {
         covariance,
         step: found.map(|(step, _)| step),
     })
@@ -185,21 +185,21 @@ pub fn covariance<const N: usize, const M: usize>(
 /// Finds the step, and what it does to the solution, that explains most of the scores, if chance does not explain it
 /// (docs/theory/align.md, eq. 17).
 fn largest_step<const N: usize, const M: usize>(
-    blocks: &[Block<N>],
+    blocks: &[BlockShare<N>],
     inverse: &SMatrix<f64, N, N>,
     constant: [usize; M],
-) -> Option<(Step<M>, SVector<f64, N>)> {
+) -> Option<(UnknownStep<M>, SVector<f64, N>)> {
     #[allow(clippy::cast_precision_loss)]
     let (tried, freedom) = (blocks.len() as f64, M as f64);
     let all: SMatrix<f64, N, N> = blocks.iter().map(|block| block.normal).sum();
     let all = SMatrix::<f64, M, M>::from_fn(|i, j| all[(constant[i], constant[j])]);
-    let mut best: Option<(f64, Step<M>, SVector<f64, N>)> = None;
+    let mut best: Option<(f64, UnknownStep<M>, SVector<f64, N>)> = None;
     for split in 1..blocks.len() {
         let later = &blocks[split..];
         let normal: SMatrix<f64, N, N> = later.iter().map(|block| block.normal).sum();
         let columns = SMatrix::<f64, N, M>::from_fn(|i, j| normal[(i, constant[j])]);
         let influence = inverse * columns; // eq. 17: B
-        let own = |block: &Block<N>| SVector::<f64, M>::from_fn(|j, _| block.score[constant[j]]);
+        let own = |block: &BlockShare<N>| SVector::<f64, M>::from_fn(|j, _| block.score[constant[j]]);
         let score: SVector<f64, M> = later.iter().map(own).sum();
         let information =
             SMatrix::<f64, M, M>::from_fn(|i, j| columns[(constant[i], j)]) - columns.tr_mul(&influence);
@@ -230,7 +230,7 @@ fn largest_step<const N: usize, const M: usize>(
         if statistic.is_finite() && best.as_ref().is_none_or(|(most, ..)| statistic > *most) {
             let sigma = (solved * scatter * solved.transpose()).diagonal().map(f64::sqrt);
             let block = blocks[split].number;
-            best = Some((statistic, Step { block, size, sigma }, influence * size));
+            best = Some((statistic, UnknownStep { block, size, sigma }, influence * size));
         }
     }
     let (statistic, step, pulled) = best?;
