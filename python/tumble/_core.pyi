@@ -1090,11 +1090,10 @@ class AlignForceFigures(TypedDict):
     changed: AlignStep | None
 
 class AlignStep(TypedDict):
-    """Unknowns that have other values from a time on, s: later values less those before, and sigmas."""
+    """Unknowns that have other values from a time on, s: later values less those before."""
 
     time: float
     size: list[float]
-    sigma: list[float]
 
 class AlignFigures(TypedDict):
     """How a secondary sits beside a primary; see `tumble.procedures.align.result.UnitAlignment`."""

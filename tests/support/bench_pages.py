@@ -128,7 +128,7 @@ def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", *
     return page
 
 
-def await_drawing(page, times: int = 6) -> None:
+def await_drawing(page, times: int) -> None:
     """Waits until a page has been drawn so many times."""
     page.wait_for_function(
         """times => {

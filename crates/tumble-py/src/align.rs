@@ -127,7 +127,7 @@ fn force_figures<'py>(py: Python<'py>, rates: &RatesFit, forces: &ForcesFit) -> 
     Ok(figures)
 }
 
-/// A step of unknowns as time, sizes and sigmas.
+/// A step of unknowns as time and sizes.
 fn changed<'py, const M: usize>(
     py: Python<'py>,
     step: Option<&Changed<M>>,
@@ -136,7 +136,6 @@ fn changed<'py, const M: usize>(
     let figures = PyDict::new(py);
     figures.set_item("time", step.time)?;
     figures.set_item("size", <[f64; M]>::from(step.size))?;
-    figures.set_item("sigma", <[f64; M]>::from(step.sigma))?;
     Ok(Some(figures))
 }
 

@@ -52,7 +52,7 @@ pub struct RoundingMonitor {
     open: [EvenStretch; AXES],
     stretches: [Vec<EvenStretch>; AXES],
     /// Those in which it read exactly zero, but for moments.
-    zeros: [Vec<EvenStretch>; AXES],
+    zero_stretches: [Vec<EvenStretch>; AXES],
 }
 
 impl Default for RoundingMonitor {
@@ -69,7 +69,7 @@ impl RoundingMonitor {
             dead_band: DeadBand::new(),
             open: [EvenStretch::default(); AXES],
             stretches: [const { Vec::new() }; AXES],
-            zeros: [const { Vec::new() }; AXES],
+            zero_stretches: [const { Vec::new() }; AXES],
         }
     }
 
@@ -83,7 +83,7 @@ impl RoundingMonitor {
         for axis in 0..AXES {
             let level = y[CHANNELS / 2 + axis];
             if level == 0.0 {
-                push_zero(&mut self.zeros[axis], time);
+                push_zero(&mut self.zero_stretches[axis], time);
             }
             let same = SAME * self.resolution[CHANNELS / 2 + axis].smallest_change();
             let open = &mut self.open[axis];
@@ -125,7 +125,7 @@ impl RoundingMonitor {
             hidden,
             scatter,
             stretches: self.stretches,
-            zero_stretches: self.zeros,
+            zero_stretches: self.zero_stretches,
         }
     }
 }

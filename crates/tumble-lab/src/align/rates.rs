@@ -47,8 +47,6 @@ pub struct Changed<const M: usize> {
     pub time: f64,
     /// Later values less those before.
     pub size: SVector<f64, M>,
-    /// 1-sigma of each.
-    pub sigma: SVector<f64, M>,
 }
 
 impl<const M: usize> Changed<M> {
@@ -58,7 +56,6 @@ impl<const M: usize> Changed<M> {
         Self {
             time: pairs.get(first).map_or(f64::NAN, |pair| pair.time),
             size: step.size,
-            sigma: step.sigma,
         }
     }
 }

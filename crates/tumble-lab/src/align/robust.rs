@@ -129,8 +129,6 @@ pub struct UnknownStep<const M: usize> {
     pub block: usize,
     /// Later values less those before.
     pub size: SVector<f64, M>,
-    /// 1-sigma of each.
-    pub sigma: SVector<f64, M>,
 }
 
 /// Covariance of a solution, and what its unknowns that ought to be constant did.
@@ -191,16 +189,16 @@ fn largest_step<const N: usize, const M: usize>(
 ) -> Option<(UnknownStep<M>, SVector<f64, N>)> {
     #[allow(clippy::cast_precision_loss)]
     let (tried, freedom) = (blocks.len() as f64, M as f64);
-    let all: SMatrix<f64, N, N> = blocks.iter().map(|block| block.normal).sum();
-    let all = SMatrix::<f64, M, M>::from_fn(|i, j| all[(constant[i], constant[j])]);
+    let own = |score: &SVector<f64, N>| SVector::<f64, M>::from_fn(|j, _| score[constant[j]]);
+    let mut later: SMatrix<f64, N, N> = blocks.iter().map(|block| block.normal).sum();
+    let mut score: SVector<f64, M> = blocks.iter().map(|block| own(&block.score)).sum();
+    let all = SMatrix::<f64, M, M>::from_fn(|i, j| later[(constant[i], constant[j])]);
     let mut best: Option<(f64, UnknownStep<M>, SVector<f64, N>)> = None;
     for split in 1..blocks.len() {
-        let later = &blocks[split..];
-        let normal: SMatrix<f64, N, N> = later.iter().map(|block| block.normal).sum();
-        let columns = SMatrix::<f64, N, M>::from_fn(|i, j| normal[(i, constant[j])]);
+        later -= blocks[split - 1].normal;
+        score -= own(&blocks[split - 1].score);
+        let columns = SMatrix::<f64, N, M>::from_fn(|i, j| later[(i, constant[j])]);
         let influence = inverse * columns; // eq. 17: B
-        let own = |block: &BlockShare<N>| SVector::<f64, M>::from_fn(|j, _| block.score[constant[j]]);
-        let score: SVector<f64, M> = later.iter().map(own).sum();
         let information =
             SMatrix::<f64, M, M>::from_fn(|i, j| columns[(constant[i], j)]) - columns.tr_mul(&influence);
         // Less in any direction: what follows would be amplified noise.
@@ -219,8 +217,8 @@ fn largest_step<const N: usize, const M: usize>(
             if k == split {
                 (0..M).for_each(|j| design[(constant[j], j)] += 1.0);
             }
-            let own = design.tr_mul(&block.score); // eq. 17: e
-            scatter += own * own.transpose();
+            let effective = design.tr_mul(&block.score); // eq. 17: e
+            scatter += effective * effective.transpose();
         }
         let Some(scattered) = inverted(scatter) else {
             continue;
@@ -228,9 +226,8 @@ fn largest_step<const N: usize, const M: usize>(
         let share = score.dot(&(scattered * score)) / tried; // eq. 17: lambda / G
         let statistic = -(tried - 0.5 * (freedom + 1.0)) * (-share).ln_1p(); // eq. 17
         if statistic.is_finite() && best.as_ref().is_none_or(|(most, ..)| statistic > *most) {
-            let sigma = (solved * scatter * solved.transpose()).diagonal().map(f64::sqrt);
             let block = blocks[split].number;
-            best = Some((statistic, UnknownStep { block, size, sigma }, influence * size));
+            best = Some((statistic, UnknownStep { block, size }, influence * size));
         }
     }
     let (statistic, step, pulled) = best?;

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from tumble.foundation.units import TRIADS
 from tumble.procedures.redundancy.spans import Span, disagreements, of_unit, unhealthy_spans
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ def _unhealthy(result: RedundancyResult, unit: str) -> Iterable[Span]:
 
 def _deviating(result: RedundancyResult, unit: str) -> Iterable[Span]:
     """Returns where the latest rest had shown that a unit deviates from gravity, or from standing still."""
-    for sensor in ("accelerometer", "gyroscope"):
+    for sensor in TRIADS:
         since: float | None = None
         for event in of_unit(result.events, unit):
             if event.figures.get("sensor") != sensor:
@@ -164,7 +165,7 @@ def _uncalibrated_source(result: RedundancyResult) -> Iterator[KnownFault]:
         if span.unit not in own:
             continue
         stored = [error for error in result.errors if error.unit == span.unit]
-        for sensor in ("accelerometer", "gyroscope"):
+        for sensor in TRIADS:
             has_error = any(
                 error.sensor == sensor and (error.adopted is None or error.adopted <= span.start)
                 for error in stored
@@ -198,7 +199,7 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
         cause = ending[-1] if ending else _unhealthy_at_the_end(own)
         yield KnownFault("not calibrated", start, result.end, (unit,), cause)
         return
-    for sensor in ("accelerometer", "gyroscope"):
+    for sensor in TRIADS:
         if (refused := _refused_at_last(own, sensor)) is not None:
             yield KnownFault("not calibrated", refused.time, result.end, (unit,), refused)
             return
