@@ -7,6 +7,7 @@ import socket
 import struct
 import threading
 from contextlib import contextmanager, suppress
+from itertools import chain, repeat
 
 import pytest
 
@@ -54,7 +55,7 @@ def received(line):
 
 
 def serve(line, answer):
-    """Lets a client in, whoever it is, and answers each statement the same."""
+    """Lets a client in, whoever it is, and answers each statement the same, piece by piece."""
     with line, suppress(OSError, struct.error):
         while True:
             content = line.recv(struct.unpack("!I", line.recv(4, socket.MSG_WAITALL))[0] - 4)
@@ -70,7 +71,9 @@ def serve(line, answer):
             if kind == b"P":
                 line.sendall(message(b"1"))
             elif kind in (b"Q", b"S"):
-                line.sendall((message(b"2") if kind == b"S" else b"") + answer)
+                line.sendall(message(b"2") if kind == b"S" else b"")
+                for piece in answer:
+                    line.sendall(piece)
 
 
 @contextmanager
@@ -93,7 +96,7 @@ def test_any_answer_of_a_server_is_one_line_in_time(monkeypatch):
     chance = random.Random(drawn_seed())
     for _ in range(repetitions(80)):
         answer = drawn_answer(chance)
-        with serving(answer) as port:
+        with serving([answer]) as port:
             done = typed("registry", "list", "--registry", f"postgresql://u:SECRET@127.0.0.1:{port}/lab")
         line = one_line(done.err)
         assert done.code == 2, answer
@@ -104,7 +107,7 @@ def test_any_answer_of_a_server_is_one_line_in_time(monkeypatch):
 @pytest.mark.parametrize("answer", [b"", row(INTEGER, b"abc")])
 def test_a_silent_and_a_lying_server_are_told_apart(monkeypatch, answer):
     monkeypatch.setattr(database, "_ANSWERING", 0.2)
-    with serving(answer) as port:
+    with serving([answer]) as port:
         done = typed("registry", "list", "--registry", f"postgresql://u@127.0.0.1:{port}/lab")
     assert ("sent what is no answer" in done.err) is bool(answer), done.err
     assert ("sends no whole answer within 0.2 s" in done.err) is not bool(answer), done.err
@@ -114,7 +117,7 @@ def test_rows_without_end_are_given_up(monkeypatch):
     monkeypatch.setattr(database, "_LARGEST_ANSWER", 64 << 20)
     column = struct.pack("!H", 1) + b"a\0" + struct.pack("!IHIhih", 0, 0, TEXT, -1, -1, 0)
     field = message(b"D", struct.pack("!Hi", 1, 1 << 16) + bytes(b"x" * (1 << 16)))
-    with serving(message(b"T", column) + 2000 * field) as port:  # and never an end
+    with serving(chain([message(b"T", column)], repeat(field))) as port:
         done = typed("registry", "list", "--registry", f"postgresql://u@127.0.0.1:{port}/lab")
     assert done.code == 2
     assert "sends an answer of more than 64 MiB" in one_line(done.err)

@@ -45,7 +45,7 @@ def drained(units):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts dropped datagrams by socket")
-def test_datagrams_that_the_system_drops_are_counted():
+def test_datagrams_that_the_system_drops_are_counted(simulated_clock):
     port = free_port()
     with open_set([f"a=udp://127.0.0.1:{port}"]) as units:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:

@@ -92,7 +92,7 @@ struct ForceUnknowns {
     rate_bias: Vector3<f64>,
 }
 
-/// Fits by Gauss and Newton (docs/theory/align.md, eq. 11, 12).
+/// Fits by Gauss and Newton (docs/theory/align.md, eq. 13, 14).
 pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
     let pairs = &rates.pairs;
     let mut guess = ForceUnknowns {
@@ -135,14 +135,14 @@ impl ForceUnknowns {
         directions_above_noise(forces, scale)
     }
 
-    /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 11).
+    /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 13).
     fn lever(&self, pair: &TrianglePair) -> Matrix3<f64> {
         let w = rate_of(&pair.primary.mean);
         let p = pair.primary.mean.fixed_rows::<6>(6);
         let squares = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
         let cross = w * self.rate_bias.transpose();
         let freed = squares - cross - cross.transpose() + self.rate_bias * self.rate_bias.transpose();
-        cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace() // eq. 11: L
+        cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace() // eq. 13: L
     }
 
     fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
@@ -151,24 +151,24 @@ impl ForceUnknowns {
         let stretched = self.stretched();
         let force = turned * (force_of(&pair.primary.mean) + lever * self.arm);
         let slope = force_of(&pair.secondary.slope);
-        let predicted = stretched * force + self.bias - slope * self.delay; // eq. 11
+        let predicted = stretched * force + self.bias - slope * self.delay; // eq. 13
         let rate = rate_of(&pair.primary.mean) - self.rate_bias;
         let by_rate_bias =
             cross_matrix(&rate.cross(&self.arm)) + cross_matrix(&rate) * cross_matrix(&self.arm);
         let matrix = stretched * turned;
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
-        design.fixed_view_mut::<3, 3>(0, 0).copy_from(&(matrix * lever)); // eq. 12: dr
+        design.fixed_view_mut::<3, 3>(0, 0).copy_from(&(matrix * lever)); // eq. 14: dr
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
-            .copy_from(&Matrix3::identity()); // eq. 12: db
+            .copy_from(&Matrix3::identity()); // eq. 14: db
         design
             .fixed_view_mut::<3, 3>(0, ROTATION)
-            .copy_from(&(-stretched * cross_matrix(&force))); // eq. 12: d alpha
-        set_stretch(&mut design, STRETCH, &(self.stretchable * force)); // eq. 12: dS
-        design.set_column(DELAY, &-slope); // eq. 12: d delta
+            .copy_from(&(-stretched * cross_matrix(&force))); // eq. 14: d alpha
+        set_stretch(&mut design, STRETCH, &(self.stretchable * force)); // eq. 14: dS
+        design.set_column(DELAY, &-slope); // eq. 14: d delta
         design
             .fixed_view_mut::<3, 3>(0, RATE_BIAS)
-            .copy_from(&(matrix * by_rate_bias)); // eq. 12: db of the primary's rate
+            .copy_from(&(matrix * by_rate_bias)); // eq. 14: db of the primary's rate
         (design, force_of(&pair.secondary.mean) - predicted)
     }
 
@@ -270,13 +270,13 @@ impl ForceUnknowns {
 /// Numbers of angle, stretch and delay.
 pub const OF_PRIORS: usize = RATE_BIAS - ROTATION;
 
-/// Their squares over what they may be (docs/theory/align.md, eq. 15).
+/// Their squares over what they may be (docs/theory/align.md, eq. 17).
 fn of_priors(prior: &GaussianPrior<UNKNOWNS>) -> f64 {
     let missing = prior.missing.fixed_rows::<OF_PRIORS>(ROTATION);
     let precision = prior
         .precision
         .fixed_view::<OF_PRIORS, OF_PRIORS>(ROTATION, ROTATION);
-    missing.dot(&(precision * missing)) // eq. 15
+    missing.dot(&(precision * missing)) // eq. 17
 }
 
 #[cfg(test)]

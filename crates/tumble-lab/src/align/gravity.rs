@@ -14,7 +14,7 @@ const LARGEST_SIGMA: f64 = 0.1;
 const BETWEEN_TRIADS: f64 = 0.005;
 
 /// Turns the rotation about the axis that the rates leave open to where the specific forces agree best
-/// (docs/theory/align.md, eq. 14); gives the mean square of the primary's force across that axis, less its mean.
+/// (docs/theory/align.md, eq. 16); gives the mean square of the primary's force across that axis, less its mean.
 pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
     let [axis] = rates.unseen[..] else { return None };
     let pairs = || {
@@ -31,11 +31,11 @@ pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
     let (mut sine, mut cosine, mut across) = (0.0, 0.0, 0.0);
     for (from, to) in pairs() {
         let (from, to) = (from - mean_from, to - mean_to);
-        sine += axis.dot(&from.cross(&to)); // eq. 14
-        cosine += from.dot(&to) - axis.dot(&from) * axis.dot(&to); // eq. 14
+        sine += axis.dot(&from.cross(&to)); // eq. 16
+        cosine += from.dot(&to) - axis.dot(&from) * axis.dot(&to); // eq. 16
         across += share * axis.cross(&from).norm_squared();
     }
-    rates.turn(&axis, sine.atan2(cosine)); // eq. 14
+    rates.turn(&axis, sine.atan2(cosine)); // eq. 16
     Some(across)
 }
 

@@ -61,7 +61,7 @@ impl Aligned {
                     .iter()
                     .map(|pair| (expected(pair) - theirs) * (read(pair) - ours))
                     .sum();
-                let gain = shared / energy; // eq. 16
+                let gain = shared / energy; // eq. 18
                 #[allow(clippy::cast_precision_loss)]
                 let clear = energy > MOVED * noise * part.len() as f64
                     && energy > (LEAST_MOTION * LEAST_MOTION) * part.len() as f64;
@@ -189,12 +189,12 @@ fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettin
     })
 }
 
-/// Factor on the variances by what sound units may differ (docs/theory/align.md, eq. 15).
+/// Factor on the variances by what sound units may differ (docs/theory/align.md, eq. 17).
 fn widening(of_priors: f64) -> f64 {
     #[allow(clippy::cast_precision_loss)]
     let freedom = OF_PRIORS as f64;
     if chi_square_tail(of_priors, freedom) < UNSOUND {
-        of_priors / freedom // eq. 15
+        of_priors / freedom // eq. 17
     } else {
         1.0
     }

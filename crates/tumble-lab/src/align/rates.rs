@@ -101,11 +101,11 @@ impl RatesFit {
         self.clock_sigma.1 *= by.sqrt();
     }
 
-    /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 13).
+    /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 15).
     pub fn rotation_vector(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let vector = self.rotation.scaled_axis();
         let jacobian = inverse_left_jacobian(&vector);
-        (vector, jacobian * self.rotation_covariance * jacobian.transpose()) // eq. 13
+        (vector, jacobian * self.rotation_covariance * jacobian.transpose()) // eq. 15
     }
 
     /// Turns the secondary about one of its axes, with the bias of the primary that it sees turned.

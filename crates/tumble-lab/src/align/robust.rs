@@ -142,7 +142,7 @@ pub struct RobustCovariance<const N: usize, const M: usize> {
 
 /// Covariance of the solution: its change as each block in turn is left out (docs/theory/align.md, eq. 9), and the
 /// share that the priors leave open. `block` gives the block of each row, ascending. It grows where the unknowns
-/// `constant` took a step (eq. 18).
+/// `constant` took a step (eq. 11).
 pub fn covariance<const N: usize, const M: usize>(
     count: usize,
     row: impl Fn(usize) -> ResidualRow<N>,
@@ -172,7 +172,7 @@ pub fn covariance<const N: usize, const M: usize>(
         for (place, unknown) in constant.into_iter().enumerate() {
             after[unknown] -= step.size[place];
         }
-        covariance += (pulled * pulled.transpose() + after * after.transpose()) * 0.5; // eq. 18
+        covariance += (pulled * pulled.transpose() + after * after.transpose()) * 0.5; // eq. 11
     }
     Some(RobustCovariance {
         covariance,
@@ -181,7 +181,7 @@ pub fn covariance<const N: usize, const M: usize>(
 }
 
 /// Finds the step, and what it does to the solution, that explains most of the scores, if chance does not explain it
-/// (docs/theory/align.md, eq. 17).
+/// (docs/theory/align.md, eq. 10).
 fn largest_step<const N: usize, const M: usize>(
     blocks: &[BlockShare<N>],
     inverse: &SMatrix<f64, N, N>,
@@ -198,7 +198,7 @@ fn largest_step<const N: usize, const M: usize>(
         later -= blocks[split - 1].normal;
         score -= own(&blocks[split - 1].score);
         let columns = SMatrix::<f64, N, M>::from_fn(|i, j| later[(i, constant[j])]);
-        let influence = inverse * columns; // eq. 17: B
+        let influence = inverse * columns; // eq. 10: B
         let information =
             SMatrix::<f64, M, M>::from_fn(|i, j| columns[(constant[i], j)]) - columns.tr_mul(&influence);
         // Less in any direction: what follows would be amplified noise.
@@ -210,21 +210,21 @@ fn largest_step<const N: usize, const M: usize>(
         let Some(solved) = inverted(information) else {
             continue;
         };
-        let size = solved * score; // eq. 17: delta
+        let size = solved * score; // eq. 10: delta
         let mut design = -influence;
         let mut scatter = SMatrix::<f64, M, M>::zeros();
         for (k, block) in blocks.iter().enumerate() {
             if k == split {
                 (0..M).for_each(|j| design[(constant[j], j)] += 1.0);
             }
-            let effective = design.tr_mul(&block.score); // eq. 17: e
+            let effective = design.tr_mul(&block.score); // eq. 10: e
             scatter += effective * effective.transpose();
         }
         let Some(scattered) = inverted(scatter) else {
             continue;
         };
-        let share = score.dot(&(scattered * score)) / tried; // eq. 17: lambda / G
-        let statistic = -(tried - 0.5 * (freedom + 1.0)) * (-share).ln_1p(); // eq. 17
+        let share = score.dot(&(scattered * score)) / tried; // eq. 10: lambda / G
+        let statistic = -(tried - 0.5 * (freedom + 1.0)) * (-share).ln_1p(); // eq. 10
         if statistic.is_finite() && best.as_ref().is_none_or(|(most, ..)| statistic > *most) {
             let block = blocks[split].number;
             best = Some((statistic, UnknownStep { block, size }, influence * size));
@@ -234,7 +234,7 @@ fn largest_step<const N: usize, const M: usize>(
     (tried * chi_square_tail(statistic, freedom) < BY_CHANCE).then_some((step, pulled))
 }
 
-/// Covariance due to unknowns that are not fitted (docs/theory/align.md, eq. 10): `neglected` is the derivative of the
+/// Covariance due to unknowns that are not fitted (docs/theory/align.md, eq. 12): `neglected` is the derivative of the
 /// model by them, `sigma` their standard deviation.
 pub fn covariance_of_neglected<const N: usize, const K: usize>(
     count: usize,
@@ -249,10 +249,10 @@ pub fn covariance_of_neglected<const N: usize, const K: usize>(
     for k in 0..count {
         let (design, residual) = row(k);
         let share = weight(residual.norm_squared() / (scale * scale)) / (scale * scale);
-        normal += design.tr_mul(&design) * share; // eq. 10
-        cross += design.tr_mul(&neglected(k)) * share; // eq. 10
+        normal += design.tr_mul(&design) * share; // eq. 12
+        cross += design.tr_mul(&neglected(k)) * share; // eq. 12
     }
-    let influence = Cholesky::<f64, Const<N>>::new(normal)?.solve(&cross); // eq. 10: B
+    let influence = Cholesky::<f64, Const<N>>::new(normal)?.solve(&cross); // eq. 12: B
     let open = SMatrix::from_diagonal(&sigma.map(|sigma| sigma * sigma));
-    Some(influence * open * influence.transpose()) // eq. 10
+    Some(influence * open * influence.transpose()) // eq. 12
 }

@@ -209,7 +209,7 @@ def _warnings(figures: _core.AlignFigures, around: float, time: LogTime, rate: f
 
 
 def _changes(figures: _core.AlignFigures, time: LogTime) -> Iterator[str]:
-    """Remarks on what is to be constant and took a step (docs/theory/align.md, eq. 17)."""
+    """Remarks on what is to be constant and took a step (docs/theory/align.md, eq. 10)."""
     if (step := figures["changed"]) is not None:
         size, at = np.array(step["size"]), time.at(step["time"])
         turned, later = math.degrees(float(np.linalg.norm(size[:3]))), 1e3 * float(size[3])
