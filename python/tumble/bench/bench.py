@@ -130,8 +130,12 @@ class Bench(Shared):
         """A run that a killed server left, and that may go on; None where there is none."""
         self._watchdog = clock.thread(self._watch_operator, name="watchdog")
         self._watchdog.start()
-        self.choose(self.choice.word)
-        self.sources.watch(True)
+        try:
+            self.choose(self.choice.word)
+            self.sources.watch(True)
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def kind(self) -> RunKind:
