@@ -18,9 +18,9 @@ from repetitions import drawn_seed, repetitions
 from tumble.cli.commands import command_line_for
 from tumble.cli.live_options import LIVE
 from tumble.fleet import ray_engine
-from tumble.fleet.input_options import READ
+from tumble.fleet.input_options import READ, options_of_inputs
 from tumble.fleet.inputs import FleetInput, InputList, InputsError
-from tumble.fleet.job import FleetJob
+from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.lease import driver_lease
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.places import FileStore
@@ -112,6 +112,26 @@ def test_no_option_of_a_manifest_names_a_place_to_write(tmp_path, monkeypatch, p
     for name in sorted(known.keys() & (READ | {"serial", "rate"})):
         pq.write_table(pa.table({"place": ["a.csv"], "options": [json.dumps({name: "x"})]}), "units.parquet")
         assert [each.options for each in InputList(job)] == [{name: "x"}]
+
+
+@pytest.mark.parametrize("procedure", [each.word for each in PROCEDURES])
+def test_no_value_of_a_manifest_is_another_option(tmp_path, monkeypatch, procedure):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "--mcap=a.csv").write_text("")
+    job = FleetJob(procedure=procedure, inputs="units.parquet", results="r", arguments="{input}")
+    hostile = ["--mcap=x", "-ox", True, "x y", -40, 0.5, None, {"--mcap": "x"}, [True, "--mcap=x"], ["a", "-o"]]
+    for name in sorted(options_of_inputs(procedure)):
+        for value in hostile:
+            table = {"place": ["--mcap=a.csv"], "options": [json.dumps({name: value})]}
+            pq.write_table(pa.table(table), "units.parquet")
+            try:
+                (given,) = InputList(job)
+            except InputsError as error:
+                assert f"option {name!r} takes" in str(error)
+                continue
+            words = [*job.words(given.place), *option_words(given.options)]
+            assert words[:2] == [procedure, "./--mcap=a.csv"]
+            assert all(word == f"--{name}" or word.startswith(f"--{name}=") for word in words[2:])
 
 
 def takes_a_path(option):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.fleet.input_options import options_of_inputs
+from tumble.fleet.input_options import options_of_inputs, unfit_value
 from tumble.fleet.job import FleetJob
 from tumble.fleet.places import matching, version_at
 from tumble.foundation.bounded_json import parse_json
@@ -268,10 +268,12 @@ def _options(about: str, row: Mapping[str, Any], procedure: str) -> dict[str, An
             f'{about}: options {quoted(str(text))} are no JSON object; give one such as {{"still": "5s"}}'
         )
     known = options_of_inputs(procedure)
-    for name in options:
+    for name, value in options.items():
         if name not in known:
             raise InputsError(
                 f"{about}: option {quoted(name)} is none of {procedure}, or none that a manifest may state; "
                 "write whole names, and places to write into the job"
             )
+        if wanted := unfit_value(value, is_flag=known[name]):
+            raise InputsError(f"{about}: option {quoted(name)} takes {wanted}; correct it")
     return options

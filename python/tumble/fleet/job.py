@@ -127,6 +127,8 @@ class FleetJob(Document):
     def words(self, place: str) -> list[str]:
         """Returns the command line of one input, without `tumble`."""
         typed = self.arguments or (_ROWS[self.procedure].typed.format(INPUT) if self.simulate else INPUT)
+        # A place that begins like an option is none.
+        place = f"./{place}" if place.startswith("-") else place
         return [
             self.procedure,
             *(word.replace(INPUT, place) for word in shlex.split(typed)),
@@ -143,7 +145,10 @@ def load_job(path: Path | str) -> FleetJob:
 
 
 def option_words(options: Mapping[str, Any]) -> list[str]:
-    """Returns options as typed: `{"still": "5s", "level-floor": true}` is `--still 5s --level-floor`."""
+    """Returns options as typed: `{"still": "5s", "level-floor": true}` is `--still=5s --level-floor`.
+
+    A value is one word with its option, so that none begins another option.
+    """
     return list(_typed(options))
 
 
@@ -152,6 +157,5 @@ def _typed(options: Mapping[str, Any]) -> Iterator[str]:
         for each in value if isinstance(value, list) else [value]:
             if each is False:
                 continue
-            yield f"--{name}"
-            if each is not True:
-                yield repr(each).removesuffix(".0") if isinstance(each, float) else str(each)
+            text = repr(each).removesuffix(".0") if isinstance(each, float) else str(each)
+            yield f"--{name}" if each is True else f"--{name}={text}"
