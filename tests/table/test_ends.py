@@ -17,6 +17,7 @@ import pytest
 from bench_client import BenchClient
 from bench_pages import BenchProcess
 from crowded_folder import TUMBLE, crowd
+from cut_line import cut_line
 from live_benches import QUICK_BENCH, words_of
 from patience import PATIENCE
 from repetitions import SOAK, drawn_seed
@@ -144,6 +145,23 @@ def test_a_killed_program_leaves_its_table_to_a_survivor(number):
         process.send_signal(number)
         table.wait_until_it_is_stopped()
         assert "its program died, and the table was stopped" in process.communicate(timeout=PATIENCE)[1]
+
+
+@pytest.mark.parametrize("number", [None, signal.SIGTERM, signal.SIGINT])
+def test_a_stop_that_is_not_answered_is_tried_after_the_end(number):
+    with served("scpi") as (address, table), cut_line(address) as (led, line):
+        observed = ObservedTable(table)
+        with running("-m", "tumble", *TURNING, led) as process:
+            observed.wait_until_it_moves()
+            # More than the program tries itself.
+            line.cut(refused=6)
+            if number is not None:
+                process.send_signal(number)
+            err = process.communicate(timeout=PATIENCE)[1]
+        observed.wait_until_it_is_stopped()
+    assert "the stop was not answered: USE THE EMERGENCY STOP" in err
+    assert "its program had no answer, and the table was stopped" in err
+    assert "Traceback" not in err
 
 
 def test_a_survivor_imports_nothing_from_the_working_folder(tmp_path):

@@ -88,7 +88,7 @@ class GuardedTable:
         """Held by the thread that queries or commands the driver."""
         self._halting = threading.Lock()
         """Held by another thread than the one that drives the table, while that one stops it."""
-        self._registered = ExitStack()
+        self._registered, self._beside = ExitStack(), ExitStack()
         self._survivor: Survivor | None = None
 
     @property
@@ -114,7 +114,7 @@ class GuardedTable:
             # A driver of another package may not state an address, or texts that it is opened with.
             if self.armed and (address := getattr(self._table, "address", "")):
                 documents = getattr(self._table, "documents", {})
-                self._survivor = stack.enter_context(survivor(address, documents))
+                self._survivor = self._beside.enter_context(survivor(address, documents))
             self._registered = stack.pop_all()
         self._is_open = True
         return self
@@ -128,6 +128,8 @@ class GuardedTable:
         finally:
             # A table that is not registered any more is not stopped over a line that is closed.
             with ExitStack() as left:
+                # It goes on with a stop that was not answered, over a line of its own.
+                left.callback(self._beside.close)
                 left.push(lambda *_: self._table.__exit__(kind, error, trace))
                 # A stop that another thread has sent is answered over a line that is open.
                 left.callback(self._halting.release)
@@ -378,12 +380,18 @@ class GuardedTable:
                     except BaseException as error:
                         failure = error
                     else:
+                        self._note_answer(is_answered=True)
                         break
             else:
+                self._note_answer(is_answered=False)
                 raise self._unanswered(reason, failure) from failure
         # A Ctrl-C that came just before the stop, which was sent all the same.
         if failure is not None and not isinstance(failure, Exception):
             raise failure
+
+    def _note_answer(self, *, is_answered: bool) -> None:
+        if self._survivor is not None:
+            self._survivor.is_answered = is_answered
 
     def _unanswered(self, reason: BaseException | None, failure: BaseException | None) -> TableError:
         before = f"{reason}; and " if isinstance(reason, TableError) and UNANSWERED not in str(reason) else ""

@@ -1,4 +1,4 @@
-"""Stop of a table whose program was killed or crashed: a process beside it, which outlives it, sends it.
+"""Stop of a table whose program died, or ended without an answer to it: a process beside the program sends it.
 
 The process has all that it needs before the table moves: it was given the address and the texts of the files
 that the address names, has imported what stops the table, and waits for the end of a pipe that the program
@@ -20,10 +20,10 @@ from tumble.foundation.errors import TableError, TumbleError
 from tumble.tools.table.rate_table import RateTable
 from tumble.tools.table.registry import open_table
 
-TRIES, BETWEEN = 20, 0.25
-"""Times that the stop is tried, and s between two: a table may serve one program at a time."""
-OVER = b"over"
-"""Given to the process where the table needs no stop any more."""
+TRIES, BETWEEN = 40, 0.25
+"""Times that the stop is tried, and s between two: a table may serve one program at a time, or be starting anew."""
+OVER, WANTED = b"over", b"wanted"
+"""Given to the process where the table needs no stop any more, and where the program ends without an answer to it."""
 READY = b"ready\n"
 """Given by the process once it needs nothing more."""
 _PROGRAM = """
@@ -40,6 +40,8 @@ class Survivor:
     def __init__(self, address: str, process: subprocess.Popen[bytes]) -> None:
         self._address = address
         self._process = process
+        self.is_answered = True
+        """Indicates whether the latest stop was answered; where it was not, the process goes on with it at the end."""
 
     def wait_until_ready(self) -> None:
         """Waits until the process can stop the table; raises `TableError` where it never can."""
@@ -55,9 +57,10 @@ class Survivor:
 
 @contextmanager
 def survivor(address: str, documents: Mapping[str, str]) -> Iterator[Survivor]:
-    """Has the table at an address stopped should this program die while the block runs.
+    """Has the table at an address stopped should this program die while the block runs, or end without an answer.
 
-    `documents` are those of the table. Raises `TableError` where no process can be started.
+    The line of this program is closed by then, as a table may serve one at a time. `documents` are those of the
+    table. Raises `TableError` where no process can be started.
     """
     try:
         beside = subprocess.Popen(
@@ -71,11 +74,12 @@ def survivor(address: str, documents: Mapping[str, str]) -> Iterator[Survivor]:
             f"{address}: nothing moves, as no process can be started that stops the table should this "
             f"program die: {error.strerror or error}; end other programs, or raise the limits of this one"
         ) from error
+    found = Survivor(address, beside)
     try:
         _write(beside.stdin, json.dumps([address, dict(documents)]).encode() + b"\n")
-        yield Survivor(address, beside)
+        yield found
     finally:
-        _write(beside.stdin, OVER)
+        _write(beside.stdin, OVER if found.is_answered else WANTED)
         beside.communicate()
 
 
@@ -101,12 +105,12 @@ def stand_by() -> None:
     with suppress(BrokenPipeError):
         sys.stdout.buffer.write(READY)
         sys.stdout.buffer.flush()
-    if lines.read() != OVER:
-        stop(address, table)
+    if (last := lines.read()) != OVER:
+        stop(address, table, "its program had no answer" if last == WANTED else "its program died")
 
 
-def stop(address: str, table: RateTable) -> None:
-    """Opens a table and stops it; reports on standard error where that is not answered."""
+def stop(address: str, table: RateTable, why: str) -> None:
+    """Opens a table and stops it; reports on standard error why, and where that is not answered."""
     failure: TumbleError | None = None
     for _ in range(TRIES):
         try:
@@ -116,6 +120,6 @@ def stop(address: str, table: RateTable) -> None:
             failure = error
             clock.sleep(BETWEEN)
         else:
-            print(f"tumble: {address}: its program died, and the table was stopped", file=sys.stderr)
+            print(f"tumble: {address}: {why}, and the table was stopped", file=sys.stderr)
             return
-    print(f"tumble: {address}: its program died: USE THE EMERGENCY STOP ({failure})", file=sys.stderr)
+    print(f"tumble: {address}: {why}: USE THE EMERGENCY STOP ({failure})", file=sys.stderr)
