@@ -91,6 +91,20 @@ def test_what_is_no_certificate_is_one_line(content):
     assert str(caught.value).startswith("reference.xml: ")
 
 
+@pytest.mark.parametrize("crowd", [' a{0:x}="" ', ' xmlns:n{0:x}="urn:u" ', None])
+def test_a_crowd_of_attributes_is_refused_before_it_is_sorted(crowd):
+    written = dcc_of(certificate())
+    assert read_dcc(written) == certificate()
+    place = written.index(b">", written.index(b"<dcc:digitalCalibrationCertificate"))
+    more = "".join(map((crowd or "").format, range(1 << 16))).encode()
+    crowded = written[:place] + more + written[place:]
+    if crowd is None:
+        nested = b"".join(b'<dcc:a xmlns:n%x="urn:u">' % number for number in range(250))
+        crowded = written.replace(b"<dcc:administrativeData", 2 * nested + b"<dcc:administrativeData", 1)
+    with pytest.raises(CalibrationFileError, match="has more attributes than any certificate"):
+        read_dcc(crowded)
+
+
 @settings(max_examples=repetitions(40))
 @given(certificates())
 def test_a_certificate_cut_short_is_one_line(found):

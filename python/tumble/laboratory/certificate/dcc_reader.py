@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from xml.parsers import expat
 
 import numpy as np
 from lxml import etree
@@ -34,6 +36,8 @@ LARGEST = 16 << 20
 _SPACES = {"dcc": DCC, "si": SI}
 _BLANKS = " \t\r\n"
 """White space of XML."""
+_MOST_ATTRIBUTES, _MOST_NAMESPACES = 32, 256
+"""Attributes of an element, and declarations of namespaces: four and ten times as many as certificates have."""
 _REMEDY = "give the XML of a certificate that Tumble wrote"
 
 
@@ -54,6 +58,7 @@ def parse_xml(content: bytes, about: str) -> XmlElement:
     No entity is resolved and nothing is fetched. Raises `CalibrationFileError` in one line where the file
     holds anything else: a signature does not cover a comment, and a reader would take the text before it.
     """
+    _refuse_crowded(content, about)
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
     try:
         root = etree.fromstring(content, parser)
@@ -66,6 +71,30 @@ def parse_xml(content: bytes, about: str) -> XmlElement:
     if stray is not None:
         raise CalibrationFileError(f"{stray}, which no certificate has; {_REMEDY}", about=about)
     return root
+
+
+def _refuse_crowded(content: bytes, about: str) -> None:
+    """Refuse elements of many attributes, and many namespaces: canonical XML takes the square of their number."""
+    namespaces = 0
+
+    def begin(_name: str, attributes: dict[str, str]) -> None:
+        nonlocal namespaces
+        namespaces += sum(name.startswith("xmlns") for name in attributes)
+        if len(attributes) > _MOST_ATTRIBUTES or namespaces > _MOST_NAMESPACES:
+            line = f"line {reader.CurrentLineNumber}"
+            raise CalibrationFileError(
+                f"{line}: has more attributes than any certificate; {_REMEDY}", about=about
+            )
+
+    def declare(*_type: object) -> None:
+        raise CalibrationFileError(f"is no Digital Calibration Certificate; {_REMEDY}", about=about)
+
+    reader = expat.ParserCreate()
+    reader.StartElementHandler = begin
+    reader.StartDoctypeDeclHandler = declare
+    # What is no XML is refused with the reason of the parser that reads it.
+    with suppress(expat.ExpatError):
+        reader.Parse(content, True)
 
 
 def _strays(root: XmlElement) -> Iterator[str]:
