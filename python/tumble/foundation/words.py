@@ -15,8 +15,10 @@ ESCAPED = "tumble-escaped"
 _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 """Characters that a terminal obeys instead of showing: control characters except tab and newline, and those
 that change the direction of the following text (https://www.unicode.org/reports/tr9/, section 2)."""
-_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
-"""Begin what spreadsheets compute, or lead up to it."""
+_OF_FORMULAS = r"=+\-@\uff1d\uff0b\uff0d\uff20"
+"""Letters that begin what spreadsheets compute, of full width too."""
+_FORMULA = re.compile(rf"(^|[;|\t\n\r])(?=[ '\"]*[{_OF_FORMULAS}]|[\t\r])")
+"""The begin of one, at the start of a cell, or behind a sign that separates cells for programs of other countries."""
 _NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
 """Units in which lengths of time are shown, s."""
@@ -70,13 +72,13 @@ def printable(text: str) -> str:
 
 
 def defused(text: str) -> str:
-    """Returns text of others for a cell of a CSV file, so that no spreadsheet takes it for a formula.
+    """Returns text of others for a cell of a CSV file, so that no spreadsheet takes it, or a part of it, for a formula.
 
     Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
     """
-    mark = "'" if text.startswith(_OF_FORMULAS) and not _NUMBER.fullmatch(text) else ""
+    safe = text if _NUMBER.fullmatch(text) else _FORMULA.sub(r"\1'", text)
     # A carriage return ends a row for some readers, quoted or not.
-    return mark + text.replace("\r", " ")
+    return safe.replace("\r", " ")
 
 
 def utf8(text: str) -> bytes:
