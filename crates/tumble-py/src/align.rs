@@ -143,6 +143,7 @@ fn error(py: Python<'_>, refusal: &AlignError) -> PyErr {
     let figures = PyDict::new(py);
     let values: Vec<(&str, f64)> = match refusal {
         AlignError::NothingInCommon => vec![],
+        AlignError::Leaps { after, by } => vec![("after", *after), ("by", *by)],
         AlignError::NoMotion { found, needed } => vec![("found", *found), ("needed", *needed)],
         AlignError::NotAlike { correlation } => vec![("correlation", *correlation)],
         AlignError::Mirrored => vec![],

@@ -423,7 +423,7 @@ class ChunkStream(Iterator[Chunk]):
         """Omits rows without time, and rows in which only other IMUs of the table have numbers."""
         if not (is_set := self._stamped(chunk)).all():
             chunk = select(chunk, is_set)
-        stamped = np.isfinite(chunk.time)
+        stamped = np.abs(chunk.time) <= LARGEST_TIME
         if unstamped := int((~stamped).sum()):
             self.counts.channels["time"] = self.counts.channels.get("time", 0) + unstamped
             self.counts.without_number += unstamped

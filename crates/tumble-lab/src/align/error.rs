@@ -6,6 +6,13 @@ tumble_core::vocabulary! {
     pub enum AlignError {
         /// They share too little time in which both can be used.
         NothingInCommon = "nothing in common",
+        /// The time of the primary leaps: when, s from its first sample, and by how much, s.
+        Leaps {
+            /// s from the first sample.
+            after: f64,
+            /// s.
+            by: f64,
+        } = "leaps",
         /// Neither turned: root mean square rate, rad/s, and what is needed.
         NoMotion {
             /// Root mean square rate less its mean, rad/s.

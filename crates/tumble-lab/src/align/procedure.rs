@@ -139,7 +139,11 @@ pub fn align(
     settings: &AlignSettings,
 ) -> Result<Aligned, AlignError> {
     let slowest = primary.interval.max(secondary.interval);
-    let grid = Grid::over(primary, settings.window.max(SAMPLES * slowest), BLOCKS);
+    let window = settings.window.max(SAMPLES * slowest);
+    if let Some((after, by)) = primary.leap(window) {
+        return Err(AlignError::Leaps { after, by });
+    }
+    let grid = Grid::over(primary, window, BLOCKS);
     let shifts = search(&grid, secondary, settings);
     let found = coarse::peaks(&shifts);
     let best = *found.first().ok_or(AlignError::NothingInCommon)?;

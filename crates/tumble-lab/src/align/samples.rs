@@ -13,6 +13,9 @@ pub const WITH_PRODUCTS: usize = 12;
 /// A step in time longer than so many usual ones is a gap.
 const LONGEST_STEP: f64 = 2.5;
 
+/// Windows that any log may be cut into, however few its samples are.
+const FEWEST: usize = 1 << 14;
+
 /// The samples of one unit, by its own clock.
 #[derive(Clone, Debug)]
 pub struct UnitSamples<'a> {
@@ -95,6 +98,17 @@ impl<'a> UnitSamples<'a> {
             self.time.first().copied().unwrap_or(0.0),
             self.time.last().copied().unwrap_or(0.0),
         )
+    }
+
+    /// The longest step in time: when it begins, s from the first sample, and its length, s; `None` where windows of a length are
+    /// no more than its samples, or few.
+    pub fn leap(&self, length: f64) -> Option<(f64, f64)> {
+        let (first, last) = self.span();
+        #[allow(clippy::cast_precision_loss)]
+        let most = self.time.len().max(FEWEST) as f64 * length;
+        let steps = self.time.windows(2).map(|pair| (pair[0] - first, pair[1] - pair[0]));
+        let longest = steps.max_by(|one, other| one.1.total_cmp(&other.1));
+        longest.filter(|_| last - first > most)
     }
 
     /// Means of rate and specific force over windows from each edge to the next; ascending edges, the unit's own clock.

@@ -53,6 +53,29 @@ fn edge(x: f64) -> f64 {
 /// First sample and the one after the last of a stretch in which the unit kept its mean orientation.
 pub type HeldSpan = (usize, usize);
 
+/// Middle of a window, s, where the first sample is at `first`.
+#[allow(clippy::cast_precision_loss)]
+fn middle_of(window: usize, first: f64) -> f64 {
+    first + EDGE + STEP * window as f64
+}
+
+/// Number of whole steps in so many s.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn window_at(time: f64) -> usize {
+    (time / STEP).max(0.0) as usize
+}
+
+/// Windows that samples lie in, in order: a gap costs nothing, however long it is.
+fn sampled_windows(time: &[f64], first: f64) -> impl Iterator<Item = usize> {
+    let mut next = 0;
+    time.iter().flat_map(move |time| {
+        let (from, to) = (window_at(time - first - 2.0 * EDGE), window_at(time - first) + 1);
+        let begin = next.max(from);
+        next = begin.max(to);
+        begin..next
+    })
+}
+
 /// All stretches, `shortest` s or longer, in which the unit kept its mean orientation, whether or not it trembled.
 #[must_use]
 pub fn held_spans(samples: &MultiposeSamples<'_>, shortest: f64) -> Vec<HeldSpan> {
@@ -61,14 +84,10 @@ pub fn held_spans(samples: &MultiposeSamples<'_>, shortest: f64) -> Vec<HeldSpan
     };
     let noise = sample_noise(samples);
     let limits = SegmenterSettings::<f64>::default().stillness;
-    let windows = ((last - first - 2.0 * EDGE) / STEP).max(0.0);
-    #[allow(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss
-    )]
-    let windows: Vec<_> = (0..windows as usize)
-        .map(|k| HeldWindow::about(samples, first + EDGE + STEP * k as f64))
+    let last = window_at(last - first - 2.0 * EDGE);
+    let windows: Vec<_> = sampled_windows(samples.time, *first)
+        .take_while(|k| *k < last)
+        .map(|k| (k, HeldWindow::about(samples, middle_of(k, *first))))
         .collect();
     let stays = |rest: &HeldWindow, window: &HeldWindow| {
         let within = |from: usize, drift: f64| {
@@ -82,14 +101,15 @@ pub fn held_spans(samples: &MultiposeSamples<'_>, shortest: f64) -> Vec<HeldSpan
     let mut spans = Vec::new();
     let mut k = 0;
     while k < windows.len() {
-        let Some(begun) = windows[k].as_ref().filter(|window| window.calm()) else {
+        let (number, window) = &windows[k];
+        let Some(begun) = window.as_ref().filter(|window| window.calm()) else {
             k += 1;
             continue;
         };
         let mut rest = begun.clone();
         let mut end = k + 1;
-        while let Some(Some(window)) = windows.get(end) {
-            if !window.calm() || !stays(&rest, window) {
+        while let Some((following, Some(window))) = windows.get(end) {
+            if *following != number + (end - k) || !window.calm() || !stays(&rest, window) {
                 break;
             }
             rest.merge(window);

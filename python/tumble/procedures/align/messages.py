@@ -39,6 +39,10 @@ MESSAGES: dict[str, Callable[[Figures, str, float], str]] = {
         f"shares less than 2 s with {primary} in which both can be used; record both together, or give a "
         "larger --search"
     ),
+    "leaps": lambda figures, primary, _: (
+        f"the time of {primary} leaps by {figures['by']:.6g} s, {figures['after']:.6g} s after its first sample, and "
+        "most of its span holds no samples; cut its log there"
+    ),
     "no motion": lambda figures, primary, _: (
         f"never turned together with {primary}: root mean square rate {figures['found']:.2g} rad/s, at "
         f"least {figures['needed']:g} are needed; turn the units together about every axis"
