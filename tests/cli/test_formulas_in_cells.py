@@ -30,7 +30,7 @@ def test_no_cell_begins_a_formula(separator, texts):
         for row in csv.reader([line], delimiter=separator):
             for cell in row:
                 # A part between commas is no cell of a program that separates by other signs.
-                begun = cell.lstrip(" \"")
+                begun = cell.lstrip(' "')
                 assert not begun.startswith(FORMULAS) or is_number(cell), (texts, cell)
 
 

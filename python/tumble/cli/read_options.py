@@ -13,6 +13,7 @@ from tumble.cli.options import Options
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import stem_of
 from tumble.foundation.numbers import number_of
+from tumble.foundation.words import in_utf8
 from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
 
@@ -143,7 +144,7 @@ def read_options_for(
         if field not in _NAMES or not typed:
             known = ", ".join(key.replace("_", "-") for key in _NAMES)
             raise LogError(f"--for {text}: expected NAME:OPTION=VALUE, with one of {known}")
-        meant = [source for source in sources if name in _names(source)]
+        meant = [source for source in sources if in_utf8(name) in map(in_utf8, _names(source))]
         if not meant:
             raise LogError(f"--for {text}: no recording is named {name!r}; there are {', '.join(sources)}")
         for source in meant:

@@ -19,7 +19,7 @@ from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.files import FileKind
 from tumble.foundation.stores import StoreError, store_error
-from tumble.foundation.words import utf8
+from tumble.foundation.words import in_utf8
 
 FOLDER = "parts"
 ENDING = ".parquet"
@@ -107,20 +107,20 @@ def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
     digest = hashlib.sha256(b"".join(each.key for each in some)).hexdigest()[:32]
     name = f"{FOLDER}/day={file_stem(day)}/{digest}{ENDING}"
     content = io.BytesIO()
-    table = pa.Table.from_pylist([_in_utf8(asdict(each)) for each in some], SCHEMA)
+    table = pa.Table.from_pylist([_encodable(asdict(each)) for each in some], SCHEMA)
     table = table.replace_schema_metadata({_MARK: "1"})
     pq.write_table(table, content, compression="zstd")
     results.write(name, content.getvalue(), _KIND)
     return name
 
 
-def _in_utf8(value: Any) -> Any:  # noqa: ANN401 - plain data
+def _encodable(value: Any) -> Any:  # noqa: ANN401 - plain data
     """Returns plain data with each text as Parquet holds it: names of files may be no UTF-8."""
     if isinstance(value, dict):
-        return {name: _in_utf8(each) for name, each in value.items()}
+        return {name: _encodable(each) for name, each in value.items()}
     if isinstance(value, list | tuple):
-        return [_in_utf8(each) for each in value]
-    return utf8(value).decode() if isinstance(value, str) else value
+        return [_encodable(each) for each in value]
+    return in_utf8(value) if isinstance(value, str) else value
 
 
 def exit_codes(results: FileStore) -> dict[bytes, int]:

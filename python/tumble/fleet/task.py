@@ -30,7 +30,7 @@ from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import files_of_command, make_folder
 from tumble.foundation.plain import finite
-from tumble.foundation.words import utf8
+from tumble.foundation.words import in_utf8
 from tumble.report.page import without_pages
 
 TRIES = 3
@@ -287,7 +287,7 @@ def _words_of(error: Exception) -> str:
         words = " ".join(str(error).split())
     except Exception:
         words = ""
-    return ": ".join(filter(None, (type(error).__name__, utf8(words).decode())))[:_LONGEST_MESSAGE]
+    return ": ".join(filter(None, (type(error).__name__, in_utf8(words))))[:_LONGEST_MESSAGE]
 
 
 def _without_paths(text: str, folder: Path) -> str:

@@ -37,7 +37,7 @@ from tumble.foundation.log_formats import has_log_ending
 from tumble.foundation.names import normal_name
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import DocumentSchema, schema_stated
-from tumble.foundation.words import short, utf8
+from tumble.foundation.words import in_utf8, short
 
 try:
     from yaml import CSafeDumper as SafeDumper
@@ -309,7 +309,7 @@ def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
 
 def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
     """Escapes text that is not UTF-8, as in names of files of other encodings: it could not be read again."""
-    text = utf8(data).decode()
+    text = in_utf8(data)
     return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tumble.foundation.body_axes import FLU, FRD, in_words
 from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.words import in_utf8
 
 
 @dataclass(frozen=True, slots=True)
@@ -460,8 +461,11 @@ def packing_of(head: bytes) -> Packing | None:
 
 
 def stem_of(path: Path) -> str:
-    """Returns the name of a file without its ending, nor that of its packing: `log` of `log.csv.gz`."""
-    return Path(_unpacked(path)).stem
+    """Returns the name of a file without its ending, nor that of its packing: `log` of `log.csv.gz`.
+
+    Bytes that are no UTF-8 are escaped, as it names units in results.
+    """
+    return in_utf8(Path(_unpacked(path)).stem)
 
 
 def has_log_ending(path: Path) -> bool:

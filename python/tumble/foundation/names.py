@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from tumble.foundation.words import in_utf8
+
 LONGEST_NAME = 1000
 """Letters; the path of a log may be a name."""
 _UNSEEN = re.compile("[\u00ad\u034f\u180e\u200b\u2060-\u2064\ufeff]")
@@ -25,6 +27,8 @@ def check_length(text: str) -> None:
 def normal_name(text: str) -> str:
     """Returns a name in its one form: composed, without unseen signs and without blanks at its ends.
 
+    Bytes that are no UTF-8 are escaped, as in every file that holds the name.
+
     Raises `ValueError` where it is no text, or longer than any name.
     """
     if not isinstance(text, str):
@@ -33,4 +37,4 @@ def normal_name(text: str) -> str:
     check_length(text)
     if text.isascii():
         return text.strip()
-    return unicodedata.normalize("NFC", _UNSEEN.sub("", text)).strip()
+    return unicodedata.normalize("NFC", _UNSEEN.sub("", in_utf8(text))).strip()

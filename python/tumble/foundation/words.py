@@ -12,13 +12,16 @@ ESCAPED = "tumble-escaped"
 """Name, for `errors` of `str.encode`, of the way to write what an encoding cannot represent: `rob\\xe9t`."""
 
 
-_OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+_OBEYED = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 """Characters that a terminal obeys instead of showing: control characters except tab and newline, and those
-that change the direction of the following text (https://www.unicode.org/reports/tr9/, section 2)."""
+that change the direction of the following text (https://www.unicode.org/reports/tr9/, section 2). Lone
+surrogates too, by which Python keeps bytes that are no UTF-8: no file and no library takes them."""
 _OF_FORMULAS = r"=+\-@\uff1d\uff0b\uff0d\uff20"
 """Letters that begin what spreadsheets compute, of full width too."""
 _FORMULA = re.compile(rf"(^|[;|\t\n\r])(?=[ '\"]*[{_OF_FORMULAS}]|[\t\r])")
-"""The begin of one, at the start of a cell, or behind a sign that separates cells for programs of other countries."""
+"""The begin of one, at the start of a cell, or behind a sign that separates cells in some countries."""
 _NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
 """Units in which lengths of time are shown, s."""
@@ -47,7 +50,7 @@ _CONTROL = re.compile(f"[\t\n]|{_OBEYED.pattern}")
 
 def plain(text: str) -> str:
     """Writes control characters of text from outside as escapes, so that no terminal obeys them."""
-    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    return _CONTROL.sub(_escaped, text)
 
 
 def quoted(text: str) -> str:
@@ -68,11 +71,11 @@ def length_of_time(seconds: float) -> str:
 
 def printable(text: str) -> str:
     """Escapes what a terminal would obey, such as the escape sequences that a name from outside may hold."""
-    return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return _OBEYED.sub(_escaped, text)
 
 
 def defused(text: str) -> str:
-    """Returns text of others for a cell of a CSV file, so that no spreadsheet takes it, or a part of it, for a formula.
+    """Returns text of others for a cell of a CSV file, so that no spreadsheet takes any part for a formula.
 
     Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
     """
@@ -84,6 +87,17 @@ def defused(text: str) -> str:
 def utf8(text: str) -> bytes:
     """Encodes text; bytes of names that are no UTF-8 are escaped, as a shell would show them."""
     return text.encode("utf-8", ESCAPED)
+
+
+def in_utf8(text: str) -> str:
+    """Returns text that every library can encode: that of `utf8`."""
+    return text if text.isascii() else utf8(text).decode()
+
+
+def _escaped(found: re.Match[str]) -> str:
+    letter = found[0]
+    is_byte = "\ud800" <= letter <= "\udfff"
+    return in_utf8(letter) if is_byte else letter.encode("unicode_escape").decode()
 
 
 def _escape(error: UnicodeError) -> tuple[str | bytes, int]:

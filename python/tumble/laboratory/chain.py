@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from tumble.foundation.words import utf8
+from tumble.foundation.words import in_utf8
 
 Value: TypeAlias = str | int | float | None
 Record: TypeAlias = Mapping[str, Value]
@@ -74,7 +74,7 @@ def content_hash(rows: TableRows) -> str:
 def stored(value: Value) -> Value:
     """Return a value as both engines give it back: text without NUL, 0 for -0, None for what is no number."""
     if isinstance(value, str):
-        return utf8(value).decode().replace("\x00", "\\x00")
+        return in_utf8(value).replace("\x00", "\\x00")
     if isinstance(value, float):
         return value + 0.0 if math.isfinite(value) else None
     return value
