@@ -4,7 +4,7 @@ import csv
 import io
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tumble.foundation.words import defused
@@ -22,6 +22,7 @@ def is_number(cell):
 
 
 @pytest.mark.parametrize("separator", [",", ";", "|", "\t"])
+@example(texts=["\n,="])
 @given(texts=st.lists(TEXTS, min_size=1, max_size=3))
 def test_no_cell_begins_a_formula(separator, texts):
     file = io.StringIO()

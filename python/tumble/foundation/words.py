@@ -80,8 +80,8 @@ def defused(text: str) -> str:
     Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
     """
     safe = text if _NUMBER.fullmatch(text) else _FORMULA.sub(r"\1'", text)
-    # A carriage return ends a row for some readers, quoted or not.
-    return safe.replace("\r", " ")
+    # The end of a line ends a row for some readers, quoted or not, and commas separate cells there.
+    return safe.replace("\r", " ").replace("\n", " ")
 
 
 def utf8(text: str) -> bytes:
