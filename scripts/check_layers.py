@@ -164,7 +164,7 @@ LAYERS: dict[str, set[str]] = {
     "translation": {"catalogue", "errors", "template"},
     "catalogue": READING | {"template"},
     "units": set(),
-    "words": set(),
+    "words": {"secrets"},
     "sample_rates": set(),
     "clock_skew": set(),
     "days": {"clock"},

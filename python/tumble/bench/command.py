@@ -147,7 +147,7 @@ def _show_address(bench: Bench, port: int, as_json: bool) -> None:
     # Here alone tokens are to be read: whoever sees the terminal operates.
     with drawing():
         if as_json:
-            print_event("serving", {"folder": str(bench.folder), **found})
+            print_event("serving", {"folder": str(bench.folder), **found}, keeps_secrets=True)
             return
         print(f"Bench: {found['operator']}")
         if not bench.settings.is_local:

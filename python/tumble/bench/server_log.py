@@ -15,7 +15,7 @@ class SecretsFilter(logging.Filter):
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Writes the message anew."""
-        record.msg, record.args = without_secrets(record.getMessage()), ()
+        record.msg, record.args = without_secrets(record.getMessage(), is_message=True), ()
         return True
 
 

@@ -8,8 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from tumble.foundation.errors import shown
 from tumble.foundation.translation import ENGLISH, language, translated
-from tumble.foundation.words import plain
 
 
 def translated_drawing(drawing: RenderableType) -> RenderableType:
@@ -24,7 +24,7 @@ def with_plain_cells(drawing: RenderableType) -> RenderableType:
             return Group(*map(with_plain_cells, drawing.renderables))
         case Table():
             for column in drawing.columns:
-                column._cells = [plain(cell) if isinstance(cell, str) else cell for cell in column.cells]
+                column._cells = [shown(cell) if isinstance(cell, str) else cell for cell in column.cells]
     return drawing
 
 

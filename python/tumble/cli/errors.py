@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from tumble.cli.screen import print_event, print_json_line
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.translation import translated
-from tumble.foundation.words import plain, printable
+from tumble.foundation.words import printable
 
 ERROR: Final = "tumble-error/1"
 _JSON, _SHORTEST = "--json", len("--js")
@@ -26,7 +26,7 @@ def tell_error(error: TumbleError, words: Sequence[str]) -> None:
 
 def print_notice(text: str) -> None:
     """Prints a line on standard error with the name of the program, in the language of the context."""
-    print(f"tumble: {plain(translated(text))}", file=sys.stderr, flush=True)
+    print(f"tumble: {shown(translated(text))}", file=sys.stderr, flush=True)
 
 
 def tell_as_event(error: TumbleError, **figures: str) -> None:

@@ -10,7 +10,7 @@ from tumble.foundation.words import plain
 
 def shown(text: str) -> str:
     """Returns text as messages show it: on one line, and without the secrets of addresses."""
-    return plain(without_secrets(text))
+    return plain(without_secrets(text, is_message=True))
 
 
 class TumbleError(Exception):

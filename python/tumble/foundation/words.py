@@ -8,6 +8,8 @@ import reprlib
 from collections.abc import Sequence
 from typing import Final, Literal, TypeAlias
 
+from tumble.foundation.secrets import without_secrets
+
 ESCAPED = "tumble-escaped"
 """Name, for `errors` of `str.encode`, of the way to write what an encoding cannot represent: `rob\\xe9t`."""
 
@@ -54,7 +56,8 @@ def plain(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Quotes text from outside: its beginning, without control characters."""
+    """Quotes text from outside: its beginning, without control characters and secrets of addresses."""
+    text = without_secrets(text, is_message=True)
     short = text if len(text) <= _LONGEST_QUOTED else f"{text[:_LONGEST_QUOTED]}..."
     return f"'{plain(short)}'"
 
@@ -121,8 +124,14 @@ class _Short(reprlib.Repr):
         self.maxlevel, self.maxlist, self.maxdict, self.maxtuple, self.maxset = 4, 10, 6, 10, 10
         self.maxstring = self.maxother = _SHORT
 
+    def repr_str(self, x: str, level: int) -> str:
+        """Hides secrets before the text is cut, as nobody sees them in a part of an address."""
+        return super().repr_str(without_secrets(x[:_LOOKED_AT], is_message=True), level)
+
 
 _SHORT = 60
+_LOOKED_AT = 10_000
+"""Letters, more than any address has."""
 _short = _Short()
 
 

@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_status import expanded
-from tumble.foundation.secrets import HIDDEN
+from tumble.foundation.secrets import HARMLESS, HIDDEN
 from tumble.foundation.words import plain
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 _SQLITE = re.compile(r"sqlite:///?(?P<path>.+)")
 _SERVER = re.compile(r"postgres(ql)?(\+psycopg)?://")
 _KINDS = "give a file such as lab.db, or postgresql://USER@HOST/DATABASE"
-_SHOWN = ("application_name", "connect_timeout", "host", "hostaddr", "port", "sslmode", "user")
-"""Parts of a URL's query that are shown; any other may be secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +35,7 @@ class RegistryAddress:
         """Name the place without any password."""
         if self.url is None:
             return str(self.path)
-        query = {name: value if name in _SHOWN else HIDDEN for name, value in self.url.query.items()}
+        query = {name: value if name in HARMLESS else HIDDEN for name, value in self.url.query.items()}
         shown = self.url.set(drivername="postgresql", query=query)
         return plain(shown.render_as_string(hide_password=True))
 
@@ -46,7 +44,7 @@ class RegistryAddress:
         """Passwords that the address holds, as they are and as they are written in a URL."""
         if self.url is None:
             return ()
-        hidden = [value for name, value in self.url.query.items() if name not in _SHOWN]
+        hidden = [value for name, value in self.url.query.items() if name not in HARMLESS]
         values = [[value] if isinstance(value, str) else value for value in hidden]
         words = [str(each) for each in (self.url.password, *chain(*values)) if each]
         written = self.url.render_as_string(hide_password=False)

@@ -41,7 +41,7 @@ def format_for(path: Path, name: str | None = None) -> str:
     wanted = (name or path.suffix.removeprefix(".")).lower()
     if wanted not in FORMATS:
         raise OutputError(
-            f"{path}: cannot write {wanted or 'a file without an extension'}; "
+            f"{path}: cannot write {wanted if wanted.isalnum() else 'a file without an extension'}; "
             f"give one of {', '.join(FORMATS)} as extension or with --format"
         )
     return wanted

@@ -81,7 +81,7 @@ def view_command(
         # Here the token is to be read: it is the way in.
         if as_json:
             with drawing():
-                print_event("serving", {"address": address})
+                print_event("serving", {"address": address}, keeps_secrets=True)
             return
         print(f"{viewing.title}: ", end="")
         with drawing():

@@ -128,7 +128,7 @@ def _target(output: Path, to: str | None) -> str:
     wanted = (to or output.suffix.removeprefix(".")).lower()
     if wanted not in TARGETS:
         raise OutputError(
-            f"{output}: cannot write {wanted or 'a name without an extension'}; "
+            f"{output}: cannot write {wanted if wanted.isalnum() else 'a name without an extension'}; "
             f"give --format with one of {', '.join(TARGETS)}"
         )
     return wanted
