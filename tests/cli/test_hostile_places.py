@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import json
 import os
+import sys
 from pathlib import Path
 from random import Random
 
@@ -30,6 +31,7 @@ from tumble.fleet.job import load_job
 from tumble.fleet.ledger import KIND
 from tumble.fleet.parts import Outcome, rows, write_parts
 from tumble.fleet.places import FileStore
+from tumble.foundation import regular_files
 from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.file_status import paths_like
@@ -44,6 +46,10 @@ from turntable_sessions import simulate, typed
 from workplaces import work_in
 
 DRAWN = 120
+ENDINGS = (
+    *(".csv", ".yaml", ".toml", ".pdf", ".parquet", ".mcap", ".feather"),
+    *(".h5", ".npz", ".mat", ".bag", ".db3", ".bin", ".ulg"),
+)
 
 
 @pytest.fixture
@@ -250,3 +256,40 @@ def test_a_pipe_among_files_of_a_job_or_a_registry_is_never_read(tmp_path):
     os.mkfifo(documents / "ab" / digest)
     with patient(), pytest.raises(TumbleError, match="is a device or a pipe"):
         Documents(str(documents)).read(digest)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="files without an answer are those of Linux")
+def test_a_file_that_gives_no_bytes_is_one_line_for_every_command(workplace, monkeypatch):
+    begun = regular_files._opened
+
+    def opened(path, flags):
+        descriptor = begun(path, flags)
+        # In place of a file of FUSE: one that has nothing to read yet, and one whose disk fails.
+        given = {"waiting": lambda: os.eventfd(0, os.EFD_NONBLOCK), "failing": _failing}
+        if other := given.get(Path(path).stem):
+            os.close(descriptor)
+            return other()
+        return descriptor
+
+    monkeypatch.setattr(regular_files, "_opened", opened)
+    every = [
+        (place, f"{name}{ending}")
+        for place in places()
+        if place.words not in SERVING
+        for name in ("waiting", "failing")
+        for ending in ENDINGS
+    ]
+    bad = []
+    for place, name in every if SOAK else Random(drawn_seed()).sample(every, DRAWN // 3):
+        Path(name).write_bytes(b"x" * 100)
+        words = [*place.words, *map(usual, place.needed), *([place.option] if place.option else []), name]
+        with patient():
+            done = typed(*words)
+        errors = [line for line in done.err.splitlines() if line.startswith("tumble: error: ")]
+        if done.code not in (0, 2, 3) or (done.code == 2 and len(errors) != 1):
+            bad.append((str(place), name, done))
+    assert bad == []
+
+
+def _failing():
+    return os.open("/proc/self/mem", os.O_RDONLY)

@@ -10,7 +10,7 @@ from typing import BinaryIO
 from tumble.foundation.errors import PlaceError, TumbleError
 from tumble.foundation.file_status import unusable
 from tumble.foundation.files import note_input
-from tumble.foundation.regular_files import open_regular
+from tumble.foundation.regular_files import UnreadableError, open_regular
 
 
 def read_whole(
@@ -60,6 +60,8 @@ def opened(
         note_input(Path(path))
         try:
             yield file
+        except UnreadableError as reason:
+            raise error(reason.why) from reason
         except (OSError, ValueError) as reason:
             raise error(unusable(path, reason)) from reason
 
