@@ -23,6 +23,7 @@ from tumble.cli.commands import COMMANDS
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.provenance import Provenance
 from tumble.procedures.turntable.command import turntable_command
+from typed_commands import typed
 
 FAULTY = {"accelerometer": {"bias": 1e-9}}
 
@@ -263,6 +264,25 @@ def test_a_shell_can_complete_the_options_of_a_command():
     ]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert "--truth" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {},
+        {"COMP_WORDS": "tumble"},
+        {"COMP_CWORD": "1"},
+        *({"COMP_WORDS": "tumble", "COMP_CWORD": number} for number in ("x", "", "1.5", "9" * 5000)),
+    ],
+)
+def test_nothing_is_completed_where_a_shell_states_nothing(monkeypatch, stated):
+    monkeypatch.setenv("_TUMBLE_COMPLETE", "complete_bash")
+    for name in ("COMP_WORDS", "COMP_CWORD"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in stated.items():
+        monkeypatch.setenv(name, value)
+    done = typed()
+    assert (done.code, done.out, done.err) == (0, "", "")
 
 
 def test_a_missing_log_is_one_line_and_leaves_no_folder(run, tmp_path, recordings, procedure):

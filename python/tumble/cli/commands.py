@@ -138,6 +138,8 @@ _COMMANDS_OF_CERTIFICATES = (*("issue", "list", "show", "withdraw", "key", "sign
 
 _UsageError: Any = typer.BadParameter.__mro__[1]
 """Error of typer for a wrong command line; its module changes with the version."""
+_COMPLETION = "_TUMBLE_COMPLETE"
+"""Variable by which a shell asks for completion."""
 
 
 def run_command(words: Sequence[str]) -> int:
@@ -166,6 +168,10 @@ def run_command_line(command: Any, words: Sequence[str]) -> int:  # noqa: ANN401
             command = error.ctx.command_path if error.ctx else "tumble"
             raise CommandError(f"{message[0].lower()}{message[1:]}; see {command} --help") from error
         code = error.exit_code  # of a command without arguments, whose help was shown
+    except (KeyError, ValueError):
+        if _COMPLETION not in os.environ:
+            raise
+        code = 0  # the shell did not state what to complete: there is nothing
     except OSError as error:
         if error.filename is None:
             raise
