@@ -111,3 +111,19 @@ def test_a_rate_of_any_size_is_taken_or_one_line(tmp_path, rate):
     assert done.code in (0, 2), done.err
     if not 0.0 < float(rate) < np.inf:
         assert f"--rate {float(rate):g}: needs to be a number above zero" in one_line(done.err)
+
+
+@pytest.mark.parametrize("wrong", [1, 599])
+@pytest.mark.parametrize("command", ["noise", "align"])
+def test_a_time_that_no_clock_reads_is_named_in_every_command(tmp_path, command, wrong):
+    chunk = made_up(600, rate=100.0, temperature=False)
+    chunk.time[600 - wrong :] = np.linspace(1e300, 1.7e308, wrong)
+    log = write_text(tmp_path / "log.csv", chunk, f"time,{TRIADS}")
+    other = write_text(tmp_path / "other.csv", made_up(600, rate=100.0, temperature=False), f"time,{TRIADS}")
+    words = (log,) if command == "noise" else ("--primary", log, "--secondary", other)
+    done = typed(command, *words, "-o", tmp_path / "out")
+    assert done.code in (0, 2, 3)
+    seen = f"time reads 1e+300 s (line {602 - wrong})"
+    assert seen in done.out + done.err
+    if wrong > 6:
+        assert f"{wrong} of 600 samples are what no sensor reads: {seen}" in one_line(done.err)

@@ -245,7 +245,7 @@ class ChunkStream(Iterator[Chunk]):
                 self.counts.bad_lines.add(Oddities(len(piece.bad_lines), piece.bad_lines[0]))
             stamped = self._with_time(piece, first)
             if self._keep_faults:
-                yield from self._finished(self._drop_no_samples(stamped))
+                yield from self._finished(self._drop_no_samples(stamped, first))
                 continue
             for rows in self._in_order(*self._drop_unsound(stamped, first)):
                 yield from self._finished(self._read(rows))
@@ -419,11 +419,21 @@ class ChunkStream(Iterator[Chunk]):
             seen = f"{name} reads {float(values[axis]):.6g} {unit}{when} ({place})"
         oddities.add(Oddities(count, seen))
 
-    def _drop_no_samples(self, chunk: Chunk) -> Chunk:
-        """Omits rows without time, and rows in which only other IMUs of the table have numbers."""
+    def _drop_no_samples(self, chunk: Chunk, first: int) -> Chunk:
+        """Omits rows without time, and rows in which only other IMUs of the table have numbers.
+
+        `first` is the number of the first sample in the log.
+        """
+        numbers = np.arange(first, first + len(chunk), dtype=np.int64)
         if not (is_set := self._stamped(chunk)).all():
-            chunk = select(chunk, is_set)
-        stamped = np.abs(chunk.time) <= LARGEST_TIME
+            chunk, numbers = select(chunk, is_set), numbers[is_set]
+        finite = np.isfinite(chunk.time)
+        impossible = finite & (np.abs(chunk.time) > LARGEST_TIME)
+        if impossible.any():
+            at = int(np.argmax(impossible))
+            self._note(self.counts.impossible, int(impossible.sum()), chunk, numbers, "time", at)
+            chunk, finite = select(chunk, ~impossible), finite[~impossible]
+        stamped = finite
         if unstamped := int((~stamped).sum()):
             self.counts.channels["time"] = self.counts.channels.get("time", 0) + unstamped
             self.counts.without_number += unstamped
@@ -501,14 +511,14 @@ class ChunkStream(Iterator[Chunk]):
             )
         if counts.read == 0:
             raise LogError(f"{self._track.source}: holds no samples")
-        if self._keep_faults:
-            return
         if counts.impossible.count > _LARGEST_SHARE_WITHOUT_NUMBER * counts.read:
             raise LogError(
                 f"{self._track.source}: {counts.impossible.count} of {counts.read} samples are what no "
                 f"sensor reads: {counts.impossible.first}; up to 1 % would be left out, but this is a fault: "
                 "check columns and units, or repair the log"
             )
+        if self._keep_faults:
+            return
         if counts.without_number > _LARGEST_SHARE_WITHOUT_NUMBER * counts.read:
             name, found = max(counts.channels.items(), key=lambda item: item[1])
             raise LogError(
