@@ -283,6 +283,7 @@ def test_the_template_that_is_printed_is_taken_back(tmp_path):
         (("results", "--logo", "absent.svg"), "absent.svg"),
         (("results", "--signing-key", "absent.pem"), "absent.pem"),
         (("results", "--template", "absent.typ"), "absent.typ"),
+        (("results", "--template", "absent/absent.typ"), "absent/absent.typ: cannot be read"),
         (("results", "--number", "1"), "the registry counts"),
         (("withdraw", "IMU-1"), "--why"),
         (("withdraw", "IMU-1", "--why", "x"), "none of that number"),

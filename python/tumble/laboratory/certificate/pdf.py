@@ -68,7 +68,7 @@ def pdf_of(
         # Our own template is right, so that the picture is damaged that it shows.
         about = logo.path if logo and template is None else str(path)
         raise TumbleError(_in_one_line(error, logo), about=about) from error
-    except RuntimeError as error:  # of typst too: the template is no file
+    except (RuntimeError, OSError) as error:  # of typst too: the template is no file, or in no folder
         raise TumbleError(f"{path}: cannot be read: {error}; check the path") from error
     assert isinstance(found, bytes)
     return found
