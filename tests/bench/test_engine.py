@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
@@ -21,6 +22,7 @@ from tumble.foundation.message import message
 from tumble.logs.options import ReadOptions
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
+from tumble.tools.guided.run import run_kinds
 from tumble.tools.guided.view import RunAction, RunView
 
 LOOK = 0.1
@@ -176,6 +178,81 @@ def test_commands_stand_in_the_session_and_are_done_after_a_restart(tmp_path, ki
     asked = [("redo", "pose 0"), ("redo", "pose 2"), ("pause", "")]
     assert given == [*asked, ("go on", ""), *carried_out, ("accepted", "")]
     assert CommandLog(folder.path).left(frozenset({"redo"})) == []
+
+
+def go_on(engine, folder, order):
+    engine.adopt(folder)
+    engine.begin(folder, replace(order, resume=True))
+
+
+def calibrate(engine, folder, _order):
+    engine.adopt(folder)
+    engine.finish()
+
+
+def leave(engine, folder, _order):
+    engine.adopt(folder)
+    engine.leave()
+
+
+def accept(engine, folder, _order):
+    engine.show(folder)
+    with suppress(TumbleError):
+        engine.decide("accepted")
+
+
+def state_below(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("act", [go_on, calibrate, leave, accept])
+@pytest.mark.parametrize("name", ["", "session", "session/commands.jsonl", "outcome.json"])
+def test_a_run_writes_nothing_through_a_link(tmp_path, kind, order, act, name):
+    first = Engine()
+    folder = RunFolder.begin(tmp_path / "bench", "turntable", order)
+    first.begin(folder, order)
+    let_on(kind, 3)
+    assert ended(first) == "result"
+    first.decide("accepted")
+    if act is not accept:
+        (folder.path / "outcome.json").unlink(missing_ok=name != "outcome.json")
+    kind.runs.clear()
+    place, outside = folder.path / name, tmp_path / "outside"
+    outside.mkdir()
+    if place.exists():
+        place.rename(outside / "kept")
+    place.symlink_to(outside / "kept")
+    before = state_below(outside)
+    engine = Engine()
+    act(engine, folder, order)
+    while engine.is_busy:
+        for run in kind.runs:
+            run.may_hold += 1
+        clock.sleep(LOOK)
+    assert act is not calibrate or "is kept" in str(engine.trouble)
+    assert state_below(outside) == before
+    assert place.is_symlink()
+
+
+@pytest.mark.parametrize("kind", list(run_kinds()), ids=lambda kind: kind.word)
+def test_no_kind_of_run_records_through_a_link(tmp_path, simulated_clock, kind):
+    outside, run = tmp_path / "outside", tmp_path / "bench" / "run"
+    outside.mkdir()
+    run.mkdir(parents=True)
+    (run / "session").symlink_to(outside)
+    names = [f"{role.name}{number}" for role in kind.roles for number in range(role.fewest)]
+    order = RunOrder(
+        folder=run,
+        sources={name: f"udp://127.0.0.1:{free_port()}" for name in names},
+        roles={name: name[:-1] for name in names},
+    )
+    with suppress(TumbleError):
+        began = kind.begin(order)
+        views = began.views()
+        next(views)
+        began.stop()
+        list(views)
+    assert list(outside.iterdir()) == []
 
 
 def test_refused_order_leaves_no_folder(tmp_path, kind, order):

@@ -20,6 +20,8 @@ from tumble.foundation.files import link, move_into, move_to, remove_folder, rem
 from tumble.foundation.folder_lock import LOCK_FILE, FolderLock
 from tumble.laboratory.registry import Registry
 from tumble.logs.writers import FORMATS
+from tumble.tools.demo.scene import simulating
+from tumble.tools.record.session_folders import next_session_folder
 from turntable_sessions import one_line, typed
 
 FOREIGN = {
@@ -187,6 +189,17 @@ def test_a_linked_folder_of_parts_is_not_written_into(tmp_path):
     with pytest.raises(OutputError, match="is a link, and is kept"):
         remove_folder(tmp_path / "results" / "parts", FORMATS["parquet"])
     assert list((tmp_path / "outside").iterdir()) == []
+    (tmp_path / "outside" / "a.parquet").write_bytes(b"")
+    with pytest.raises(OutputError, match="is a link, and is kept"):
+        store.remove("parts/a.parquet", FORMATS["parquet"])
+    assert (tmp_path / "outside" / "a.parquet").exists()
+
+
+def test_a_session_beside_results_is_never_behind_a_link(tmp_path):
+    (tmp_path / "session").symlink_to(tmp_path / "nobody")
+    assert next_session_folder(tmp_path) == tmp_path / "session-2"
+    with pytest.raises(OutputError, match="is a link, and is kept"):
+        simulating(tmp_path)
 
 
 def test_a_folder_of_parts_keeps_files_of_others(tmp_path):

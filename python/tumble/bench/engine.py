@@ -214,6 +214,11 @@ class Engine(Shared):
     def _prepared(self, folder: RunFolder) -> GuidedRun | None:
         """Makes the run of an order; None where it cannot be carried out."""
         try:
+            folder.refuse_links()
+        except TumbleError as error:
+            self._set("paused", message(str(error)))
+            return None
+        try:
             run = run_kind(folder.word).begin(replace(folder.order, folder=folder.path))
         except TumbleError as error:
             folder.remove_if_empty()

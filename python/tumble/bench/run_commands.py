@@ -15,7 +15,7 @@ from tumble.foundation.documents import well_typed
 from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.file_reading import bounded_lines, opened
 from tumble.foundation.file_status import exists, is_folder
-from tumble.foundation.files import append_line
+from tumble.foundation.files import append_line, refuse_links_to
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 
@@ -44,10 +44,12 @@ class CommandLog:
     """The commands of one run; nothing is stored before it has a recording."""
 
     def __init__(self, run: Path) -> None:
+        self._runs = run.parent
         self._path = run / SESSION_FOLDER / COMMANDS
 
     def add(self, command: str, subject: str = "", elapsed: float = float("nan")) -> None:
-        """Stores a command; raises `OutputError` where the file cannot be written."""
+        """Stores a command; raises `OutputError` where the file cannot be written, or lies behind a link."""
+        refuse_links_to(self._path, self._runs)
         if not is_folder(self._path.parent):
             return
         given = GivenCommand(command, subject, elapsed, date_now())

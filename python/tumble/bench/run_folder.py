@@ -19,7 +19,15 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import entries, exists, is_file, is_folder
-from tumble.foundation.files import BY_TUMBLE, FileKind, prepare_folder, remove_empty, remove_made, write_text
+from tumble.foundation.files import (
+    BY_TUMBLE,
+    FileKind,
+    prepare_inner_folder,
+    refuse_linked_folder,
+    remove_empty,
+    remove_made,
+    write_text,
+)
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
@@ -60,7 +68,7 @@ class RunFolder:
     def begin(cls, folder: Path, word: str, order: RunOrder) -> RunFolder:
         """Makes the folder of a new run below `folder`; raises `OutputError` where that cannot be done."""
         path = _free(folder, f"{date_now()[:10]}_{word}")
-        made = cls(prepare_folder(path), word, replace(order, folder=path))
+        made = cls(prepare_inner_folder(path), word, replace(order, folder=path))
         made._keep_order()
         return made
 
@@ -73,8 +81,14 @@ class RunFolder:
         except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
+    def refuse_links(self) -> None:
+        """Raises `OutputError` where a link stands in place of its folder, or of that of its recording."""
+        refuse_linked_folder(self.path)
+        refuse_linked_folder(self.path / SESSION_FOLDER)
+
     def keep_outcome(self, outcome: RunOutcome, decision: str = "") -> None:
         """Stores the outcome, and the operator's decision once there is one; raises `OutputError`."""
+        self.refuse_links()
         content = MARK | {"decision": decision, "outcome": _plain(outcome, self.path)}
         write_text(self.path / OUTCOME, json.dumps(finite(content), indent=1), KIND, renews=True)
 
@@ -87,18 +101,14 @@ class RunFolder:
             return None
 
     def remove_if_empty(self) -> None:
-        """Removes the folder of a run of which nothing was recorded."""
+        """Removes the folder of a run of which nothing was recorded; raises `OutputError`."""
+        self.refuse_links()
         if not self.has_recording:
             remove_made(self.path / ORDER, kind=KIND)
             remove_empty([self.path])
 
-    def with_order(self, order: RunOrder) -> RunFolder:
-        """Returns the run with another order, which is stored."""
-        changed = replace(self, order=replace(order, folder=self.path))
-        changed._keep_order()
-        return changed
-
     def _keep_order(self) -> None:
+        self.refuse_links()
         content = asdict(replace(self.order, resume=False, table=_disarmed(self.order.table)))
         del content["folder"]
         text = json.dumps(finite(MARK | {"word": self.word, "order": content}), indent=1)

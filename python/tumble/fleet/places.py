@@ -9,7 +9,7 @@ from typing import Any
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import exists, paths_like
-from tumble.foundation.files import FileKind, remove_made, write_shared
+from tumble.foundation.files import FileKind, refuse_links_to, remove_made, write_shared
 from tumble.foundation.stores import Store, StoreError, store_error
 from tumble.foundation.words import quoted
 
@@ -71,7 +71,9 @@ class FileStore(Store):
     def remove(self, name: str, kind: FileKind) -> None:
         """Removes a file, if it is there; raises `StoreError`, or `OutputError` for another's file."""
         if self.is_local:
-            return remove_made(Path(self.within(name)), kind=kind)
+            path = Path(self.within(name))
+            refuse_links_to(path, Path(self.root))
+            return remove_made(path, kind=kind)
         try:
             self.files.rm_file(self.within(name))
         except FileNotFoundError:

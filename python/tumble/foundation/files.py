@@ -311,7 +311,7 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
     """
     stem, ending = Path(name).stem, Path(name).suffix
     refuse_others_name(path)
-    _refuse_linked_folder(folder)
+    refuse_linked_folder(folder)
     try:
         folder.mkdir(exist_ok=True)
         free = (folder / f"{stem}{again}{ending}" for again in chain([""], (f"-{n}" for n in count(2))))
@@ -353,8 +353,7 @@ def write_shared(path: Path, content: bytes, kind: FileKind, root: Path) -> None
     killed leaves an unfinished file, which nothing reads. Raises `OSError`, and `OutputError` where anything
     but a file of Tumble and of this kind stands there.
     """
-    for folder in (each for each in path.parents if root in each.parents):
-        _refuse_linked_folder(folder)
+    refuse_links_to(path, root)
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f"{path.name}.{os.urandom(8).hex()}.unfinished")
     try:
@@ -390,7 +389,7 @@ def remove_folder(folder: Path, kind: FileKind) -> None:
     """
     if not stands_there(folder):
         return
-    _refuse_linked_folder(folder)
+    refuse_linked_folder(folder)
     try:
         for path in entries(folder):
             if not _is_own_name(path):
@@ -475,7 +474,7 @@ def make_new_file(path: Path, content: bytes, *, is_secret: bool = False) -> Non
 
 def prepare_inner_folder(folder: Path) -> Path:
     """Prepares a folder that we name within another one, as `prepare_folder` does; a link is refused."""
-    _refuse_linked_folder(folder)
+    refuse_linked_folder(folder)
     return prepare_folder(folder)
 
 
@@ -484,7 +483,7 @@ def make_folder(folder: Path) -> None:
 
     A link at the folder itself, which we name, is refused.
     """
-    _refuse_linked_folder(folder)
+    refuse_linked_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -563,7 +562,13 @@ def refuse_others_name(path: Path) -> None:
         )
 
 
-def _refuse_linked_folder(folder: Path) -> None:
+def refuse_links_to(path: Path, root: Path) -> None:
+    """Raises `OutputError` where a link is among the folders below `root`, which are ours, of a file."""
+    for folder in (each for each in path.parents if root in each.parents):
+        refuse_linked_folder(folder)
+
+
+def refuse_linked_folder(folder: Path) -> None:
     """Raises `OutputError` where a link, or anything but a folder, has the name of a folder that we make."""
     if is_link(folder):
         raise OutputError(f"{folder}: is a link, and is kept; give another folder, or remove it first")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tumble.foundation.errors import OutputError
 from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE, STORE, unit_stem
 from tumble.foundation.file_status import exists
-from tumble.foundation.files import FileKind, prepare_folder, replacing
+from tumble.foundation.files import FileKind, prepare_folder, refuse_linked_folder, replacing
 from tumble.foundation.plain import finite
 from tumble.foundation.words import defused
 from tumble.logs.track import SI
@@ -65,6 +65,7 @@ def _stored(result: RedundancyResult, folder: Path) -> Path:
     if result.store is not None:
         return result.store
     store = folder / STORE
+    refuse_linked_folder(store)
     keep_adopted(ErrorStore(store, result.identities[0], fresh=True), result.errors, result.identities)
     return store
 

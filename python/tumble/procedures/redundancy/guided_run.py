@@ -11,7 +11,7 @@ from typing import Final
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE, STORE
-from tumble.foundation.files import PAGE, check_output, prepare_folder
+from tumble.foundation.files import PAGE, check_output, prepare_folder, refuse_linked_folder
 from tumble.foundation.message import message
 from tumble.live import open_set
 from tumble.logs.session import SessionClock, SessionProcedure
@@ -94,12 +94,14 @@ class GuidedRedundancy:
             for name, source in self._units.sources.items()
         }
         calibration = answers.file("calibration")
+        store = order.folder.parent / STORE
+        refuse_linked_folder(store)
         self._monitor = RedundancyMonitor(
             primary,
             secondaries,
             settings=_settings(answers),
             calibration=None if calibration is None else Calibration.load(calibration),
-            store=order.folder.parent / STORE if answers.flag("stored") else None,
+            store=store if answers.flag("stored") else None,
             serials=self._serials,
             as_published=self._as_published,
         )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tumble.foundation.documents import document_kind
 from tumble.foundation.file_reading import own_text
-from tumble.foundation.files import prepare_folder, write_text
+from tumble.foundation.files import prepare_folder, refuse_linked_folder, write_text
 
 GRADES = ("consumer", "consumer", "industrial", "tactical", "industrial")
 TARGETS = tuple(f"target_{number}" for number in range(1, len(GRADES) + 1))
@@ -19,7 +19,8 @@ LIMITS = "limits.yaml"
 
 
 def simulating(folder: Path) -> list[str]:
-    """Returns what follows `tumble` to make the session, in a folder of its own."""
+    """Returns what follows `tumble` to make the session, in a folder of its own; raises `OutputError`."""
+    refuse_linked_folder(folder / SESSION)
     fault = f"{FAULTY}:scale:axis=y:size=1.1"
     scene = ["--grades", ",".join(GRADES), "--fault", fault, "--clocks", "apart", "--seed", SEED]
     return ["simulate", "turntable", *scene, "-o", str(folder / SESSION)]

@@ -10,6 +10,7 @@ from typing import Generic, Protocol, TypeVar
 from pydantic import JsonValue
 
 from tumble.foundation.file_names import SESSION_FOLDER
+from tumble.foundation.files import refuse_linked_folder
 from tumble.foundation.goal import Goal, GoalProgress
 from tumble.foundation.plain import finite_or_none
 from tumble.live import LiveChunk, LiveSet
@@ -61,6 +62,7 @@ class LiveProcedure(ABC, Generic[Step, Found]):
         by_hand: bool = False,
     ) -> None:
         self.session = folder / SESSION_FOLDER
+        refuse_linked_folder(self.session)
         self._goal = goal
         self._procedure = procedure
         self._so_far = so_far

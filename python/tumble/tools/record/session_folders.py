@@ -6,12 +6,12 @@ import itertools
 from pathlib import Path
 
 from tumble.foundation.file_names import SESSION_FOLDER
-from tumble.foundation.file_status import exists
+from tumble.foundation.file_status import stands_there
 
 
 def next_session_folder(folder: Path) -> Path:
     """Names a folder for the samples of a run beside its results, in which none lie yet."""
-    taken = next(number for number in itertools.count(1) if not exists(folder / _session_name(number)))
+    taken = next(number for number in itertools.count(1) if not stands_there(folder / _session_name(number)))
     return folder / _session_name(taken)
 
 
