@@ -63,6 +63,20 @@ def test_kept_samples_are_those_of_the_log(tmp_path):
     assert inspect(samples.kept()).lines() == inspect(open_recording(path)).lines()
 
 
+def test_samples_can_be_asked_for_at_any_moment_of_reading(held):
+    def ask(*_progress):
+        asked.append((samples.lines(-1.0, 1e9, 10), samples.stretches(0.0, 1.0), samples.duration))
+
+    both = Recording(held.metadata, lambda: iter(()), (held, held))
+    for samples in (KeptSamples(held), KeptSamples(both)):
+        asked = []
+        ask()
+        assert asked == [([], [], 0.0)]
+        samples.read(ask)
+        assert len(asked[-1][0]) == 7
+    assert samples.duration > 2.0 * 30.0
+
+
 def test_marks_are_the_rests_of_acquisition(held):
     samples = kept(held)
     rests = rests_of(acquire(held).acquired)

@@ -223,8 +223,9 @@ class KeptSamples:
 
     def _spans(self) -> Iterator[tuple[_Part, int]]:
         """Returns each part, and the number of the sample after its last."""
-        ends = [*(part.first for part in self._parts[1:]), self._length]
-        return zip(self._parts, ends, strict=True)
+        parts = tuple(self._parts)  # `read` may add one meanwhile
+        ends = [part.first for part in parts[1:]]
+        return zip(parts, [*ends, self._length][: len(parts)], strict=True)
 
     def _shown(self, places: np.ndarray[tuple[int], np.dtype[np.int64]]) -> FloatArray:
         """Returns the times shown of samples (n,), s."""
