@@ -275,6 +275,25 @@ def test_table_is_disarmed_in_what_a_restart_reads(tmp_path, order):
     assert RunFolder.load(made.path) is None
 
 
+def test_a_result_that_was_left_meanwhile_is_not_accepted(tmp_path, kind, order, monkeypatch):
+    class SlowRegistry:
+        def enter(self, _calibrations):
+            bench.engine.leave()
+
+    bench = Bench(BenchSettings(folder=tmp_path))
+    monkeypatch.setattr(Bench, "registry", lambda _bench: SlowRegistry())
+    try:
+        bench.engine.begin(RunFolder.begin(tmp_path, "turntable", order), order)
+        let_on(kind, 3)
+        assert ended(bench.engine) == "result"
+        with pytest.raises(TumbleError, match="left meanwhile"):
+            bench.accept()
+        (run,) = runs_in(tmp_path)
+        assert run.outcome()[1] == ""
+    finally:
+        bench.close()
+
+
 def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
     bench = Bench(BenchSettings(folder=tmp_path))
     try:

@@ -23,6 +23,8 @@ from bench_pages import BenchProcess
 from repetitions import SOAK, drawn_seed
 from tumble.bench import guest_work
 from tumble.bench.access import MOST_BROWSERS, Access
+from tumble.bench.authority import acting, is_allowed
+from tumble.bench.beside import MOST_AT_ONCE, Beside
 from tumble.bench.cookies import cookie_values, only_cookies
 from tumble.bench.gate import MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
 from tumble.bench.line import MOST_LINES
@@ -209,7 +211,7 @@ def test_viewers_have_few_recordings_read_at_once(monkeypatch):
         ends.wait()
 
     def opened(sources):
-        return SimpleNamespace(gather=gather, close=lambda: closed.append(*sources))
+        return SimpleNamespace(gather=gather, enter=lambda: None, close=lambda: closed.append(*sources))
 
     monkeypatch.setattr(open_logs, "open_viewing", opened)
     logs, refused = open_logs.OpenLogs(), 0
@@ -236,9 +238,12 @@ def test_a_recording_is_closed_once_no_page_shows_it(monkeypatch):
     )
     monkeypatch.setattr(Viewing, "_gather", lambda _: None)
     logs = open_logs.OpenLogs()
-    shown = logs.samples.serve(logs.open("first"), ())
+    first = logs.open("first")
     for number in range(open_logs.MOST):
-        logs.open(str(number))
+        logs.open(str(number)).leave()
+    assert not closed
+    shown = logs.samples.serve(first, ())
+    first.leave()
     assert not closed
     logs.samples.end(shown)
     logs.samples.end(shown)
@@ -328,6 +333,28 @@ def test_nonsense_on_a_line_leaves_the_bench_as_it_is(plain, secured):
                     end.recv(1 << 12)
         with bench.operator() as page:
             page.wait(lambda page=page: page.shows("You hold the bench"))
+
+
+def test_work_beside_holds_up_neither_pages_nor_the_operator():
+    beside, answers, done = Beside(), threading.Event(), []
+
+    async def ask(work, holds_bench):
+        with acting(lambda: holds_bench):
+            done.append(await beside.done(work))
+
+    async def served():
+        silent = [asyncio.create_task(ask(answers.wait, False)) for _ in range(2 * MOST_AT_ONCE)]
+        await asyncio.sleep(0)
+        # The loop goes on, and whoever holds the bench has threads of their own.
+        await ask(is_allowed, True)
+        assert done == [True]
+        silent[-1].cancel()
+        answers.set()
+        await asyncio.gather(*silent, return_exceptions=True)
+
+    asyncio.run(served())
+    assert len(done) == 2 * MOST_AT_ONCE
+    beside.close()
 
 
 def test_guests_get_their_work_done_in_turn(monkeypatch):

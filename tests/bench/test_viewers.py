@@ -69,4 +69,7 @@ def test_no_message_of_a_viewer_changes_anything(folder):
     assert {"choice", "armed", "sources", "files"} <= changed
     assert found["sent"] > 500
     assert found["unopened"] == MOST_UNOPENED
+    # Screens ask registries and open recordings beside the event loop, which has a stop to heed.
+    assert found["in_loop"] == []
+    assert {"units", "results", "history_page", "jobs", "summary", "open_viewing"} <= set(found["beside"])
     assert "Traceback" not in done.stderr

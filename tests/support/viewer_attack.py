@@ -15,7 +15,8 @@ import sys
 import threading
 from contextlib import suppress
 from dataclasses import asdict
-from functools import cache
+from functools import cache, wraps
+from inspect import isfunction
 from pathlib import Path
 
 from nicegui import app, background_tasks, core
@@ -30,7 +31,10 @@ from tumble.bench import guest_work
 from tumble.bench.address import entrances
 from tumble.bench.authority import acting
 from tumble.bench.bench import Bench
+from tumble.bench.fleet_view import FleetView
+from tumble.bench.log import open_logs
 from tumble.bench.page.frame import FOLLOWERS, MOST_UNOPENED, SCREENS
+from tumble.bench.registry_view import RegistryView
 from tumble.bench.run_folder import runs_in
 from tumble.bench.server import BenchServer
 from tumble.bench.settings import BenchSettings
@@ -126,9 +130,10 @@ class Attack:
         seen = set()
         while True:
             client = Client.instances.get(page.client_id)
+            # The newest first, as those of the frame lead to another screen.
             found = [
                 (each, listener)
-                for each in list(client.elements.values())
+                for each in reversed(list(client.elements.values()))
                 for listener in list(each._event_listeners.values())
                 if listener.id not in seen and only in (None, listener.type)
             ]
@@ -198,6 +203,28 @@ class Attack:
             state = self.look(state, f"route {path}")
 
 
+def watch_loop(*watched):
+    """Notes which functions run, and whether in an event loop; they may wait for a server, or take long."""
+    found = {False: set(), True: set()}
+
+    def watching(function, name):
+        @wraps(function)
+        def act(*arguments, **named):
+            found[asyncio._get_running_loop() is not None].add(name)
+            return function(*arguments, **named)
+
+        return act
+
+    for owner, names in watched:
+        for name in names:
+            setattr(owner, name, watching(getattr(owner, name), name))
+    return found
+
+
+def methods(kind):
+    return [name for name, each in vars(kind).items() if isfunction(each) and not name.startswith("_")]
+
+
 def drain():
     """Waits until handlers that take their time have ended."""
 
@@ -232,6 +259,11 @@ def main(folder, seed, rounds):
     """Attacks a bench in a folder; prints how much was sent, and what it changed."""
     chance = random.Random(seed)
     guest_work.MOST_WORK = sys.maxsize  # its messages, not its haste, are tried
+    asked = watch_loop(
+        (RegistryView, ["__init__", *methods(RegistryView)]),
+        (FleetView, methods(FleetView)),
+        (open_logs, ["open_viewing"]),
+    )
     bench = Bench(BenchSettings(folder=folder, host="127.0.0.2", port=0, registry=str(folder / "lab.db")))
     server, ready = BenchServer(bench), threading.Event()
 
@@ -289,6 +321,8 @@ def main(folder, seed, rounds):
                 "control": control.changes,
                 "dropped": kinds,
                 "unopened": unopened,
+                "beside": sorted(asked[False]),
+                "in_loop": sorted(asked[True]),
             }
         )
     )

@@ -64,9 +64,14 @@ def query(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
     return function
 
 
+def is_allowed() -> bool:
+    """Returns whether the one who acts may change the bench."""
+    return _allowed.get()()
+
+
 def refuse_unless_allowed() -> None:
     """Raises `NotOperatorError` where the one who acts may not change the bench."""
-    if not _allowed.get()():
+    if not is_allowed():
         raise NotOperatorError
 
 

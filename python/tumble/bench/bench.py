@@ -15,6 +15,7 @@ from typing import Any
 
 from tumble.bench.access import BROWSER_GONE, Access, Browser
 from tumble.bench.authority import Shared, as_bench, query
+from tumble.bench.beside import Beside
 from tumble.bench.engine import Engine
 from tumble.bench.fleet_view import FleetView
 from tumble.bench.log.open_logs import OpenLogs
@@ -116,6 +117,7 @@ class Bench(Shared):
         self.choice = RunChoice(self.kinds[0].word, operator=settings.operator, station=settings.station)
         self.sources = BenchSources()
         self.logs = OpenLogs()
+        self.beside = Beside()
         self.pulse = clock.now()
         """s at which the server last had time for its pages."""
         self._stalled_at = -math.inf
@@ -322,9 +324,10 @@ class Bench(Shared):
         self.engine.leave()
 
     def accept(self) -> None:
-        """Accepts the outcome: its calibrations go into the registry, where there is one.
+        """Accepts the outcome: its calibrations go into the registry, where there is one; that may take long.
 
-        Raises `TumbleError` where they cannot be entered; the outcome is then not accepted.
+        Raises `TumbleError` where they cannot be entered, or another outcome is shown by then; the outcome is
+        then not accepted.
         """
         outcome = self.engine.outcome
         if outcome is None:
@@ -332,6 +335,8 @@ class Bench(Shared):
         registry = self.registry()
         if registry is not None:
             registry.enter(list(files_of(outcome)))
+        if self.engine.outcome is not outcome:
+            raise TumbleError("the result was left meanwhile, and is not accepted; look at it again")
         self.engine.decide(ACCEPTED)
 
     @query
@@ -375,6 +380,7 @@ class Bench(Shared):
         self.engine.close()
         self.sources.watch(False)
         self.logs.close()
+        self.beside.close()
 
     def _order(self) -> RunOrder:
         kind, choice = self.kind, self.choice

@@ -144,24 +144,28 @@ def _application(bench: Bench) -> FastAPI:
         return _file(bench, run, name)
 
     @nicegui_app.get("/history/{unit}")
-    def history(unit: str) -> Response:
+    async def history(unit: str) -> Response:
         """Returns the page of a unit over time."""
-        return _of_registry(bench, lambda registry: HTMLResponse(registry.history_page(unit)))
+        return await _of_registry(bench, lambda registry: HTMLResponse(registry.history_page(unit)))
 
     @nicegui_app.get("/certificates/{number}.pdf")
-    def certificate(number: str) -> Response:
+    async def certificate(number: str) -> Response:
         """Returns a certificate."""
-        return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
+        return await _of_registry(
+            bench, lambda registry: Response(registry.certificate(number), media_type=PDF)
+        )
 
     @nicegui_app.get("/compared/{first}/{second}")
-    def comparison(first: str, second: str) -> Response:
+    async def comparison(first: str, second: str) -> Response:
         """Returns the page of two results that were held against each other."""
-        return _of_registry(bench, lambda registry: HTMLResponse(registry.comparison_page(first, second)))
+        return await _of_registry(
+            bench, lambda registry: HTMLResponse(registry.comparison_page(first, second))
+        )
 
     @nicegui_app.get("/fleets/{job}")
-    def fleet(job: str, limits: str = "") -> Response:
+    async def fleet(job: str, limits: str = "") -> Response:
         """Returns the page of a fleet."""
-        return _answered(lambda: HTMLResponse(fleet_page(bench, job, limits)))
+        return await _answered(bench, lambda: HTMLResponse(fleet_page(bench, job, limits)))
 
     nicegui_app.on_startup(partial(_pulse, bench))
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
@@ -195,17 +199,18 @@ async def _pulse(bench: Bench) -> None:
     background_tasks.create(beat(), name="pulse")
 
 
-def _of_registry(bench: Bench, answer: Callable[[RegistryView], Response]) -> Response:
+async def _of_registry(bench: Bench, answer: Callable[[RegistryView], Response]) -> Response:
     def answered() -> Response:
         registry = bench.registry()
         return Response("no registry is set", 404) if registry is None else answer(registry)
 
-    return _answered(answered)
+    return await _answered(bench, answered)
 
 
-def _answered(answer: Callable[[], Response]) -> Response:
+async def _answered(bench: Bench, answer: Callable[[], Response]) -> Response:
+    """Answers beside the pages, and leaves threads to requests that wait for no server."""
     try:
-        return answer()
+        return await bench.beside.done(answer)
     except TumbleError as error:
         return Response(str(error), 404)
 

@@ -31,9 +31,10 @@ class OpenLogs:
         return self.samples.router, self.pages.router
 
     def open(self, source: str) -> Viewing:
-        """Opens LOG, RESULT or SESSION, and reads it in the background.
+        """Opens LOG, RESULT or SESSION, which may take long, and reads it in the background.
 
-        Raises `TumbleError`, in one line, where it cannot be opened, or as many as are kept are being read.
+        Whoever opens it has entered it, and leaves it. Raises `TumbleError`, in one line, where it cannot be
+        opened, or as many as are kept are being read.
         """
         with self._lock:
             if source not in self._open:
@@ -43,9 +44,11 @@ class OpenLogs:
                 self._open[source] = open_viewing([source])
                 self._readers.append(threading.Thread(target=self._open[source].gather, daemon=True))
                 self._readers[-1].start()
+            viewing = self._open[source]
+            viewing.enter()
             while len(self._open) > MOST:
                 self._open.pop(next(iter(self._open))).close()
-            return self._open[source]
+            return viewing
 
     def close(self) -> None:
         """Closes all recordings."""

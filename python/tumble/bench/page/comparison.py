@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
+from typing import TypeAlias
+
+from nicegui.element import Element
+
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button, file_link
 from tumble.bench.parts.tables import show_table
@@ -10,6 +15,8 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import message
 from tumble.tools.compare.result import CompareResult, Difference, Pair
 
+Ask: TypeAlias = Callable[[Callable[[RegistryView], CompareResult]], Awaitable[CompareResult]]
+"""Asks the registry beside the page."""
 HEADINGS = {
     "same": (message("The same within what is known"), "✓", "good"),
     "differ": (message("They differ"), "✕", "bad"),
@@ -21,44 +28,49 @@ HEADINGS = {
 class Comparison:
     """See the module; hidden until a result is chosen."""
 
-    def __init__(self, page: PageContext, registry: RegistryView) -> None:
-        self._page, self._registry = page, registry
+    def __init__(self, page: PageContext, ask: Ask) -> None:
+        self._page, self._ask = page, ask
         self._chosen: list[ComparedResult] = []
         self._box = block("panel comparison hidden")
 
-    def choose(self, result: ComparedResult) -> None:
+    async def choose(self, result: ComparedResult) -> None:
         """Chooses a result; the second one is held against the first, a third one begins anew."""
         if result in self._chosen or len(self._chosen) > 1:
             self._chosen = []
         self._chosen.append(result)
-        self._show()
-
-    def _show(self) -> None:
         page = self._page
         self._box.classes(remove="hidden")
         self._box.clear()
         with self._box:
             Label(page.words("Comparison"), "section", "h2")
-            if len(self._chosen) == 1:
-                Label(page.words("{label}: choose another result.", label=self._chosen[0].label), "lead")
-            else:
-                self._compare()
+            label = self._chosen[0].label
+            said = Label(page.words("{label}: choose another result.", label=label), "lead")
+            place = block()
             button(page.words("Close"), self._close, "small quiet")
+        if len(self._chosen) > 1:
+            said.show(page.words("Reading the registry …"))
+            await self._compare(tuple(self._chosen), said, place)
 
     def _close(self) -> None:
         self._chosen = []
         self._box.clear()
         self._box.classes("hidden")
 
-    def _compare(self) -> None:
+    async def _compare(self, chosen: tuple[ComparedResult, ...], said: Label, place: Element) -> None:
+        """Shows the comparison at a place, unless others were chosen, or the screen is gone, by then."""
         try:
-            found = self._registry.compared(self._chosen)
+            found = await self._ask(lambda registry: registry.compared(chosen))
         except TumbleError as error:
-            Label(self._page.text(message(str(error))), "trouble")
+            if not said.is_deleted:
+                said.classes("trouble").show(self._page.text(message(str(error))))
             return
-        self._draw(found)
+        if said.is_deleted:
+            return
+        said.delete()
+        with place:
+            self._draw(found, chosen)
 
-    def _draw(self, found: CompareResult) -> None:
+    def _draw(self, found: CompareResult, chosen: tuple[ComparedResult, ...]) -> None:
         page, (pair,) = self._page, found.pairs
         heading, sign, kind = HEADINGS[pair.verdict]
         with block(f"wrong {kind}", role="status"):
@@ -70,11 +82,11 @@ class Comparison:
         show_table(
             page,
             page.words("Parameters, the furthest apart first"),
-            ("Parameter", *(each.label for each in self._chosen), "Difference", "1-sigma", "sigmas"),
+            ("Parameter", *(each.label for each in chosen), "Difference", "1-sigma", "sigmas"),
             [_cells(each) for each in compared],
             page.words("on the page"),
         )
-        first, second = (each.identity for each in self._chosen)
+        first, second = (each.identity for each in chosen)
         with block("file-links"):
             file_link(page.words("Page of the comparison"), f"/compared/{first}/{second}", "file-link")
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from functools import partial
+from inspect import isawaitable
 from typing import Any, Protocol
 
 from nicegui import ui
@@ -55,7 +56,10 @@ class PageContext:
         return self.text(message(text, **values))
 
     def guarded(self, act: Act) -> Act:
-        """Wraps what changes the bench: a refusal, as to those who do not hold it, is shown in one line."""
+        """Wraps what changes the bench: a refusal, as to those who do not hold it, is shown in one line.
+
+        An act that takes long is awaitable, and goes on beside the page.
+        """
         return partial(self._do, act)
 
     def notify(self, text: str, kind: str = "bad") -> None:
@@ -74,15 +78,27 @@ class PageContext:
         with self.client.content:
             ui.navigate.to(target)
 
-    def _do(self, act: Act) -> None:
+    def _do(self, act: Act) -> Coroutine[Any, Any, None] | None:
         # The first act may come before the first beat of the page.
         self.bench.access.beat(self.browser.key)
         try:
             refuse_unless_allowed()
-            act()
-        except NotOperatorError as error:
-            self.notify(self.words(str(error)), "warn")
+            answer = act()
         except TumbleError as error:
+            self._refused(error)
+            return None
+        return self._awaited(answer) if isawaitable(answer) else None
+
+    async def _awaited(self, answer: Awaitable[object]) -> None:
+        try:
+            await answer
+        except TumbleError as error:
+            self._refused(error)
+
+    def _refused(self, error: TumbleError) -> None:
+        if isinstance(error, NotOperatorError):
+            self.notify(self.words(str(error)), "warn")
+        else:
             self.notify(self.text(message(str(error))))
 
     def _translated(self, what: Message) -> str:

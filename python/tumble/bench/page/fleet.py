@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from urllib.parse import quote, urlencode
 
-from nicegui import run, ui
+from nicegui import ui
 
 from tumble.bench.bench import Bench
 from tumble.bench.fleet_view import FleetView, JobState, SeenJob
@@ -72,9 +72,7 @@ class FleetScreen:
         """Nothing changes by itself but what the looks show."""
 
     async def _look(self) -> None:
-        jobs = await run.io_bound(self._fleet.jobs)
-        if jobs is not None:  # the server is ending
-            self._show(jobs)
+        self._show(await self._page.bench.beside.done(self._fleet.jobs))
 
     def _show(self, jobs: list[SeenJob]) -> None:
         page = self._page
@@ -207,8 +205,8 @@ class _JobDetail:
         self._limits = name
         ui.timer(0.0, self._sum_up, once=True)
 
-    def _cancel_job(self) -> None:
-        self._fleet.cancel(self.name)
+    async def _cancel_job(self) -> None:
+        await self._page.bench.beside.done(partial(self._fleet.cancel, self.name))
         self._page.notify(self._page.words("It ends after the tasks that are under way."), "idle")
 
     async def _sum_up(self) -> None:
@@ -216,14 +214,12 @@ class _JobDetail:
         self._doing.show(page.words("Summing up …"))
         try:
             limits = page.bench.chosen_file(self._limits) if self._limits else None
-            summary = await run.io_bound(self._fleet.summary, self.name, limits)
+            summary = await page.bench.beside.done(partial(self._fleet.summary, self.name, limits))
         except TumbleError as error:
             self._doing.show("")
             page.notify(page.text(message(str(error))))
             return
         self._doing.show("")
-        if summary is None:  # the server is ending
-            return
         self._tables.clear()
         with self._tables:
             for table in self._fleet.tables(summary):

@@ -190,14 +190,13 @@ class PageFrame:
         elif page.screen is not None:
             page.screen.update()
 
-    def _go(self) -> None:
-        if self._page.primary is not None:
-            self._page.guarded(self._page.primary)()
+    def _go(self) -> object:
+        act = self._page.primary
+        return None if act is None else self._page.guarded(act)()
 
-    def _scan(self, text: str) -> None:
+    def _scan(self, text: str) -> object:
         take = self._page.scan
-        if take is not None:
-            self._page.guarded(partial(take, text))()
+        return None if take is None else self._page.guarded(partial(take, text))()
 
     def _stop_now(self) -> None:
         """Stops what runs; whoever may operate may stop, whether the bench is theirs or not."""

@@ -8,9 +8,11 @@ from tumble.bench.log.procedure_panel import Workplace
 from tumble.bench.log.recording_screen import RecordingScreen, add_style
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button
+from tumble.bench.run_folder import RunFolder
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.message import message
+from tumble.tools.view.viewing import Viewing
 
 
 class LogScreen:
@@ -27,25 +29,44 @@ class LogScreen:
         with self._choices:
             for run in page.bench.earlier():
                 if run.has_recording:
-                    button(run.path.name, partial(self._open, run.path.name), "kind")
+                    button(run.path.name, partial(self._open, run), "kind")
 
     def update(self) -> None:
         """Nothing changes by itself: the recording looks for itself."""
 
-    def _open(self, name: str) -> None:
-        """Shows the recording of a run of this bench."""
-        page = self._page
-        folder = next(run.path for run in page.bench.earlier() if run.path.name == name)
+    async def _open(self, run: RunFolder) -> None:
+        """Shows the recording of a run of this bench; it is opened beside the page, as it may be long."""
+        page, place = self._page, self._place
+        place.clear()
+        with place:
+            opening = Label(page.words("Opening the recording …"), "help")
         try:
-            viewing = page.bench.logs.open(str(folder / SESSION_FOLDER))
+            viewing = await page.bench.beside.done(partial(self._opened, run, opening))
         except TumbleError as error:
-            page.notify(page.text(message(str(error))))
+            if not opening.is_deleted:
+                opening.classes("trouble").show(page.text(message(str(error))))
             return
-        self._place.clear()
-        workplace = Workplace(page.bench.folder, is_bound=True)
-        logs = page.bench.logs
-        with self._place:
-            RecordingScreen(viewing, logs.samples, logs.pages, page.language, workplace).show()
+        if viewing is None:
+            return
+        try:
+            # Another recording was chosen meanwhile, or the page is gone.
+            if not opening.is_deleted:
+                place.clear()
+                with place:
+                    self._show(viewing)
+        finally:
+            viewing.leave()
+
+    def _opened(self, run: RunFolder, opening: Label) -> Viewing | None:
+        """Opens a recording; None where nobody waits for it any more."""
+        folder = str(run.path / SESSION_FOLDER)
+        return None if opening.is_deleted else self._page.bench.logs.open(folder)
+
+    def _show(self, viewing: Viewing) -> None:
+        bench = self._page.bench
+        workplace = Workplace(bench.folder, is_bound=True)
+        logs = bench.logs
+        RecordingScreen(viewing, logs.samples, logs.pages, self._page.language, workplace).show()
 
 
 def show_log(page: PageContext) -> LogScreen:

@@ -11,6 +11,7 @@ from nicegui.element import Element
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button, file_link, set_attribute, set_class
 from tumble.bench.run_folder import ACCEPTED
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
 from tumble.report.numbers import typeset
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, RunVerdict, UnitOutcome
@@ -40,6 +41,7 @@ class ResultScreen:
         self._content = block("result-screen")
         self._seen: tuple[object, ...] = ()
         self._chosen = ""
+        self._is_accepting = False
 
     def update(self) -> None:
         """Shows the outcome of the last run."""
@@ -170,13 +172,20 @@ class ResultScreen:
         folder = self._page.bench.engine.folder
         return f"/runs/{folder.path.name if folder else ''}/{path.name}"
 
-    def _accept(self) -> None:
-        self._page.bench.accept()
+    async def _accept(self) -> None:
+        """Accepts the outcome beside the page, as the registry may be that of a server."""
+        page = self._page
+        if self._is_accepting:
+            raise TumbleError("the result is being accepted; wait until it is")
+        self._is_accepting = True
+        try:
+            await page.bench.beside.done(page.bench.accept)
+        finally:
+            self._is_accepting = False
 
-    def _accept_and_go_on(self) -> None:
-        bench = self._page.bench
-        if bench.engine.decision != ACCEPTED:
-            bench.accept()
+    async def _accept_and_go_on(self) -> None:
+        if self._page.bench.engine.decision != ACCEPTED:
+            await self._accept()
         self._go_on()
 
     def _go_on(self) -> None:

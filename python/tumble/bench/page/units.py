@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
+
+from nicegui import ui
 
 from tumble.bench.page.comparison import Comparison
 from tumble.bench.page.context import PageContext
@@ -21,27 +26,26 @@ STATES: dict[str, Message] = {
 }
 _SIGNS: dict[DueState, str] = {"in use": "✓", "due soon": "▲", "due": "✕", "unknown": "○"}
 MOST_SHOWN = 100
+Found = TypeVar("Found")
 
 
 class UnitsScreen:
-    """See the module."""
+    """See the module; the registry is asked beside the page, as its server may be slow, or silent."""
 
     def __init__(self, page: PageContext) -> None:
         self._page = page
         self._search, self._state = "", ""
         self._registry: RegistryView | None = None
-        page.scan = self._find
+        self._turn = asyncio.Lock()
+        self._asked = 0
+        """Number of questions so far: only the newest one is answered."""
         with block("screen-head"):
             Label(page.words("Units"), "title", "h1")
             self._lead = Label("", "lead")
-        try:
-            self._registry = page.bench.registry()
-        except TumbleError as error:
-            self._lead.show(page.text(message(str(error))))
-            return
-        if self._registry is None:
+        if not page.bench.settings.registry:
             self._lead.show(page.words("No registry is set; start the bench with --registry FILE."))
             return
+        page.scan = self._find
         with block("form-row"):
             self._field = text_field(
                 page.words("Search"),
@@ -51,27 +55,56 @@ class UnitsScreen:
             )
             states = [(key, page.text(text)) for key, text in STATES.items()]
             choice_field(page.words("State"), states, "", self._filter)
-        self._comparison = Comparison(page, self._registry)
+        self._comparison = Comparison(page, self._read)
         self._list = block("unit-list")
         self._detail = block("unit-detail")
-        self._fill()
+        self._lead.show(page.words("Reading the registry …"))
+        ui.timer(0.0, self._fill, once=True)
 
     def update(self) -> None:
         """Nothing changes by itself."""
 
-    def _find(self, text: str) -> None:
+    async def _find(self, text: str) -> None:
         self._search = text.strip()
         self._field.show(self._search)
-        self._fill()
+        await self._fill()
 
-    def _filter(self, state: str) -> None:
+    async def _filter(self, state: str) -> None:
         self._state = state
-        self._fill()
+        await self._fill()
 
-    def _fill(self) -> None:
-        page = self._page
-        assert self._registry is not None, "the list is there only with a registry"
-        found = self._registry.units(self._search, self._state)
+    async def _read(self, ask: Callable[[RegistryView], Found]) -> Found:
+        """Returns the answer of the registry, which is opened once; raises `TumbleError`."""
+
+        def answer() -> Found:
+            if self._registry is None:
+                self._registry = self._page.bench.registry()
+            assert self._registry is not None, "a registry is set"
+            return ask(self._registry)
+
+        async with self._turn:
+            return await self._page.bench.beside.done(answer)
+
+    async def _newest(self, ask: Callable[[RegistryView], Found]) -> Found | None:
+        """Returns an answer; None where something else was asked since, or the screen is gone.
+
+        Raises `TumbleError`.
+        """
+        self._asked += 1
+        asked = self._asked
+        found = await self._read(lambda registry: ask(registry) if asked == self._asked else None)
+        return found if asked == self._asked and not self._lead.is_deleted else None
+
+    async def _fill(self) -> None:
+        page, search, state = self._page, self._search, self._state
+        self._lead.show(page.words("Reading the registry …"))
+        try:
+            found = await self._newest(lambda registry: registry.units(search, state))
+        except TumbleError as error:
+            self._lead.show(page.text(message(str(error))))
+            return
+        if found is None:
+            return
         self._lead.show(page.words("Found: {count}", count=len(found)))
         self._list.clear()
         self._detail.clear()
@@ -79,7 +112,7 @@ class UnitsScreen:
             for unit in found[:MOST_SHOWN]:
                 self._row(unit)
         if len(found) == 1:
-            self._open(found[0])
+            await self._open(found[0])
 
     def _row(self, unit: RegisteredUnit) -> None:
         page = self._page
@@ -94,18 +127,23 @@ class UnitsScreen:
             due = page.words("due {date}", date=unit.due) if unit.due else page.text(STATES["unknown"])
             Label(due, "unit-due", "span")
 
-    def _open(self, unit: RegisteredUnit) -> None:
+    async def _open(self, unit: RegisteredUnit) -> None:
         page = self._page
-        assert self._registry is not None, "a unit is of a registry"
         self._detail.clear()
-        with self._detail, block("panel"):
+        with self._detail, block("panel") as panel:
             Label(unit.serial or unit.name, "section", "h2")
-            try:
-                results = self._registry.results(unit)
-                certificates = self._registry.certificates(unit)
-            except TumbleError as error:
-                Label(page.text(message(str(error))), "trouble")
-                return
+            reading = Label(page.words("Reading the registry …"), "help")
+        try:
+            found = await self._newest(lambda registry: (registry.results(unit), registry.certificates(unit)))
+        except TumbleError as error:
+            if not reading.is_deleted:
+                reading.classes("trouble").show(page.text(message(str(error))))
+            return
+        if found is None or reading.is_deleted:
+            return
+        results, certificates = found
+        reading.delete()
+        with panel:
             with block("file-links"):
                 file_link(page.words("History"), f"/history/{unit.unit}", "file-link")
             Label(page.words("Results"), "subsection", "h3")
@@ -148,16 +186,16 @@ class UnitsScreen:
                     "small quiet",
                 )
 
-    def _issue(self, unit: RegisteredUnit, result: str) -> None:
-        assert self._registry is not None, "a result is of a registry"
-        number = self._registry.issue(result, self._page.bench.choice.operator)
+    async def _issue(self, unit: RegisteredUnit, result: str) -> None:
+        who = self._page.bench.choice.operator
+        number = await self._read(lambda registry: registry.issue(result, who))
         self._page.notify(self._page.words("Certificate {number} is issued.", number=number), "good")
-        self._open(unit)
+        await self._open(unit)
 
-    def _withdraw(self, unit: RegisteredUnit, number: str, why: str) -> None:
-        assert self._registry is not None, "a certificate is of a registry"
-        self._registry.withdraw(number, why, self._page.bench.choice.operator)
-        self._open(unit)
+    async def _withdraw(self, unit: RegisteredUnit, number: str, why: str) -> None:
+        who = self._page.bench.choice.operator
+        await self._read(lambda registry: registry.withdraw(number, why, who))
+        await self._open(unit)
 
 
 def show_units(page: PageContext) -> UnitsScreen:

@@ -36,9 +36,9 @@ class Field(Element, component="field.js"):
         self._props["turn"] += 1
         self.update()
 
-    def _taken(self, event: GenericEventArguments) -> None:
+    def _taken(self, event: GenericEventArguments) -> object:
         self._props["content"] = text = str(event.args)[:LONGEST]
-        self._take(text)
+        return self._take(text)
 
 
 def text_field(
