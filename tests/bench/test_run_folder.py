@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from hostile import few, for_long
 from ports import free_port
+from tumble.bench import run_folder
 from tumble.bench.authority import acting
 from tumble.bench.bench import STATE, Bench
 from tumble.bench.run_commands import COMMANDS, CommandLog
@@ -60,6 +61,18 @@ def test_a_run_comes_back_from_its_folder_as_it_was(folder):
     assert [type(each) for each in run.order.options.values()] == [float, bool, str]
     assert str(outcome.reasons[0]) == "a was not turned"
     assert outcome.units[0].page == run.path / "a.html"
+
+
+def test_an_order_is_read_again_only_once_it_has_changed(folder, monkeypatch):
+    (before,) = runs_in(folder)
+    read, reads = run_folder.read_whole, []
+    monkeypatch.setattr(run_folder, "read_whole", lambda *given: reads.append(given) or read(*given))
+    assert runs_in(folder) == [before]
+    assert reads == []
+    path = before.path / ORDER
+    path.write_text(path.read_text().replace("turntable", "multipose"))
+    (after,) = runs_in(folder)
+    assert (after.word, len(reads)) == ("multipose", 1)
 
 
 def test_commands_are_known_however_long_their_file(folder):

@@ -8,6 +8,7 @@ import random
 import resource
 import socket
 import threading
+from collections import Counter
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -385,6 +386,71 @@ def test_guests_get_their_work_done_in_turn(monkeypatch):
     others = [at for group, at in done if group == "other"]
     assert others[-1] <= (2.0 * len(others) + 1.0) / pages_a_second + 0.01
     assert not work._lines
+
+
+def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
+    now, others_run, seconds, takes, turns = 0.0, asyncio.sleep, 20.0, 0.3, 6
+
+    async def sleep(wanted):
+        nonlocal now
+        now += 1e-6 if wanted else 0.0
+        await others_run(0)
+
+    monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)
+    monkeypatch.setattr(guest_work.clock, "now", lambda: now)
+    access = Access(needs_token=True)
+    operator = access.enter(access.token, "10.0.0.1")
+    access.beat(operator.key)
+    viewers = [access.enter(access.viewer_token, f"10.0.1.{number % 5}") for number in range(15)]
+    waits, handled = [], Counter()
+
+    async def turned():
+        for _ in range(turns):
+            await others_run(0)
+
+    async def application(scope, receive, _send):
+        nonlocal now
+        while now < seconds:
+            if scope["type"] == "websocket":
+                await receive()
+            came = now
+            await turned()
+            if scope["tumble.browser"] is operator:
+                waits.append(now - came)
+                now += 0.01
+                continue
+            guest_work.charge_step()
+            now += takes
+            handled[scope["type"]] += 1
+            if scope["type"] == "http":
+                return
+
+    gate = Gate(application, access, BenchSettings(folder=Path(), host="10.0.0.9"))
+
+    def scope_of(browser, kind):
+        cookie = f"{access.cookie_of(browser.rank)}={browser.key}".encode()
+        headers = [(b"host", b"bench"), (b"origin", b"http://bench"), (b"cookie", cookie)]
+        asked = {"method": "GET", "path": "/log", "query_string": b""}
+        return {"type": kind, "headers": headers, "client": ("", 0), **asked}
+
+    async def receive():
+        return {"type": "websocket.receive", "text": "a click"}
+
+    async def pages(browser):
+        while now < seconds:
+            await gate(scope_of(browser, "http"), receive, None)
+
+    async def flood():
+        sockets = (gate(scope_of(each, "websocket"), receive, None) for each in (operator, *viewers))
+        await asyncio.gather(*sockets, *map(pages, viewers))
+
+    asyncio.run(flood())
+    # A stop waits for a message and a page at most, and guests have a fifth of the time for each kind.
+    assert max(waits) <= 2.0 * takes + 1e-3
+    share = guest_work.WORK_A_SECOND / guest_work.WORK_OF_A_PROCESSOR
+    for kind, at_once in (("websocket", guest_work.MOST_WORK_OF_MESSAGES), ("http", guest_work.MOST_WORK)):
+        most = seconds * share + at_once / guest_work.WORK_OF_A_PROCESSOR
+        assert 0.5 * most < handled[kind] * takes < most + len(viewers) * takes, kind
 
 
 def test_messages_of_guests_leave_time_for_the_operator(monkeypatch):

@@ -9,6 +9,7 @@ from contextvars import copy_context
 from typing import TypeVar
 
 from tumble.bench.authority import is_allowed
+from tumble.bench.guest_work import charge_step
 
 MOST_AT_ONCE = 4
 """Threads for all browsers that only look, and as many for whoever holds the bench."""
@@ -24,7 +25,10 @@ class Beside:
     async def done(self, work: Callable[[], Found]) -> Found:
         """Returns the result of some work, on behalf of the one who acts; raises what it raises."""
         threads = self._threads[is_allowed()]
-        return await asyncio.get_running_loop().run_in_executor(threads, copy_context().run, work)
+        try:
+            return await asyncio.get_running_loop().run_in_executor(threads, copy_context().run, work)
+        finally:
+            charge_step()  # whoever asked shows it now
 
     def close(self) -> None:
         """Begins no further work."""

@@ -17,7 +17,13 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 from tumble.bench.access import Access, Browser
 from tumble.bench.authority import acting
 from tumble.bench.cookies import cookie_values
-from tumble.bench.guest_work import MOST_WORK_OF_MESSAGES, WORK_OF_A_MESSAGE, WORK_OF_A_PAGE, GuestWork
+from tumble.bench.guest_work import (
+    MOST_WORK_OF_MESSAGES,
+    WORK_OF_A_MESSAGE,
+    WORK_OF_A_PAGE,
+    GuestWork,
+    charged_to,
+)
 from tumble.bench.settings import LOOPBACK, BenchSettings
 from tumble.foundation.numbers import whole_number
 
@@ -93,7 +99,7 @@ class Gate:
         self._sockets.append(browser)
         scope[BROWSER] = browser
         try:
-            with acting(partial(self._access.operates, browser.key)):
+            with acting(partial(self._access.operates, browser.key)), charged_to(self._messages):
                 await self.app(scope, partial(self._message, browser, receive), send)
         finally:
             self._sockets.remove(browser)
@@ -124,7 +130,7 @@ class Gate:
             scope[BROWSER] = browser
             if not self._access.operates(browser.key):
                 await self._guests.begin(_group(browser), 1 if path.startswith(_FILES) else WORK_OF_A_PAGE)
-            with acting(partial(self._access.operates, browser.key)):
+            with acting(partial(self._access.operates, browser.key)), charged_to(self._guests):
                 await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
         else:
             await self._enter(scope, send)

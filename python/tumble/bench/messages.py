@@ -20,6 +20,7 @@ from socketio.exceptions import ConnectionRefusedError as Refusal  # type: ignor
 
 from tumble.bench.access import Browser
 from tumble.bench.gate import BROWSER
+from tumble.bench.guest_work import charge_step
 
 SCOPE = "asgi.scope"
 """Key of the scope of a socket in its environment."""
@@ -92,6 +93,7 @@ def guard_messages(dropped: Dropped) -> None:
 
 def _checked(handler: Handler, dropped: Dropped) -> Callable[..., Awaitable[object]]:
     async def checked(sid: str, *given: Any) -> object:  # noqa: ANN401 - whatever a browser sends
+        charge_step()
         client = given[0].get("client_id") if len(given) == 1 and isinstance(given[0], dict) else None
         if not _is_own(client, core.sio.get_environ(sid)):
             dropped.add("message of no own page")
@@ -108,6 +110,7 @@ def _checked(handler: Handler, dropped: Dropped) -> Callable[..., Awaitable[obje
 
 def _checked_connect(handler: Handler) -> Callable[..., Awaitable[object]]:
     async def checked(sid: str, environ: dict[str, Any], auth: object = None) -> object:
+        charge_step()
         named = parse_qs(environ.get("QUERY_STRING", "")).get("client_id", [])
         if not all(_is_own(client, environ) for client in named):
             raise Refusal

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from tumble.foundation.documents import LARGEST_DOCUMENT, well_typed
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import entries, exists, is_file, is_folder
+from tumble.foundation.file_status import entries, exists, is_file, is_folder, status_of
 from tumble.foundation.files import (
     BY_TUMBLE,
     FileKind,
@@ -40,6 +41,8 @@ ACCEPTED = "accepted"
 """Decision of an operator on an outcome; empty for none."""
 LONGEST_MESSAGE = 1024
 """Letters of a message, and of what stands in each of its places; twice the longest of ours."""
+_MOST_KEPT, _LARGEST_KEPT = 1024, 1 << 14
+"""Orders that are kept once they were read, and bytes of the largest; that of a run takes a tenth."""
 KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"), BY_TUMBLE)
 MARK = {"software": "tumble bench"}
 """Beginning of the files of a bench, by which they are known as ours."""
@@ -74,12 +77,19 @@ class RunFolder:
 
     @classmethod
     def load(cls, path: Path) -> RunFolder | None:
-        """Reads the folder of a run; None where it is none, or is damaged."""
+        """Reads the folder of a run; None where it is none, or is damaged.
+
+        An order that was read is read again only where its file has changed.
+        """
         try:
-            content: dict[str, Any] = parse_json(read_whole(path / ORDER, LARGEST_DOCUMENT))
-            return cls(path, str(content["word"]), well_typed(_order(path, content["order"])))
-        except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
+            status = status_of(path / ORDER)
+        except TumbleError:
             return None
+        if status is None:
+            return None
+        if status.st_size > _LARGEST_KEPT:
+            return _read(path)
+        return _kept(path, (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns))
 
     def refuse_links(self) -> None:
         """Raises `OutputError` where a link stands in place of its folder, or of that of its recording."""
@@ -115,11 +125,24 @@ class RunFolder:
         write_text(self.path / ORDER, text, KIND, renews=True)
 
 
+def _read(path: Path) -> RunFolder | None:
+    try:
+        content: dict[str, Any] = parse_json(read_whole(path / ORDER, LARGEST_DOCUMENT))
+        return RunFolder(path, str(content["word"]), well_typed(_order(path, content["order"])))
+    except (TumbleError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+@lru_cache(_MOST_KEPT)
+def _kept(path: Path, _status: tuple[int, ...]) -> RunFolder | None:
+    return _read(path)
+
+
 def runs_in(folder: Path) -> list[RunFolder]:
     """Returns the runs below a folder, the latest first."""
     if not is_folder(folder):
         return []
-    found = (RunFolder.load(path) for path in entries(folder) if is_folder(path))
+    found = map(RunFolder.load, entries(folder))
     return sorted((run for run in found if run is not None), key=lambda run: _age(run.path), reverse=True)
 
 

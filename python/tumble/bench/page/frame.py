@@ -13,6 +13,7 @@ from nicegui.element import Element
 from tumble.bench.bench import Bench
 from tumble.bench.connecting import add_connecting
 from tumble.bench.gate import BROWSER
+from tumble.bench.guest_work import WORK_OF_A_PAGE, charge_step
 from tumble.bench.page.banner import Banner
 from tumble.bench.page.context import PageContext, Screen
 from tumble.bench.page.fleet import show_fleet
@@ -56,6 +57,7 @@ TONES = {"held": "held", "part done": "part done", "warning": "warning", "ended 
 
 def show_page(bench: Bench) -> None:
     """Builds the page for the browser that asks."""
+    charge_step(WORK_OF_A_PAGE)
     client = ui.context.client
     _forget_unopened(bench)
     request = client.request

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from nicegui.element import Element
+
 from tumble.bench.log.procedure_panel import Workplace
 from tumble.bench.log.recording_screen import RecordingScreen, add_style
 from tumble.bench.page.context import PageContext
@@ -13,6 +15,9 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.message import message
 from tumble.tools.view.viewing import Viewing
+
+MOST_OFFERED = 50
+"""Recordings that are offered at once; to build a button takes 0.2 ms."""
 
 
 class LogScreen:
@@ -26,13 +31,24 @@ class LogScreen:
             Label(page.words("Recordings of the runs in {folder}.", folder=str(page.bench.folder)), "lead")
         self._choices = block("kinds", role="group", aria_label=page.words("Recording"))
         self._place = block()
-        with self._choices:
-            for run in page.bench.earlier():
-                if run.has_recording:
-                    button(run.path.name, partial(self._open, run), "kind")
+        self._more: Element | None = None
+        self._runs = [run for run in page.bench.earlier() if run.has_recording]
+        self._offer()
 
     def update(self) -> None:
         """Nothing changes by itself: the recording looks for itself."""
+
+    def _offer(self) -> None:
+        """Offers the next recordings, the latest first."""
+        offered, self._runs = self._runs[:MOST_OFFERED], self._runs[MOST_OFFERED:]
+        if self._more is not None:
+            self._more.delete()
+        with self._choices:
+            for run in offered:
+                button(run.path.name, partial(self._open, run), "kind")
+            if self._runs:
+                words = self._page.words("Earlier ones: {count}", count=len(self._runs))
+                self._more = button(words, self._offer, "quiet")
 
     async def _open(self, run: RunFolder) -> None:
         """Shows the recording of a run of this bench; it is opened beside the page, as it may be long."""
