@@ -22,12 +22,13 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from bench_client import BenchClient, unsafe_tls
 from bench_pages import BenchProcess
 from repetitions import SOAK, drawn_seed
-from tumble.bench import guest_work
+from tumble.bench import backlog, guest_work
 from tumble.bench.access import MOST_BROWSERS, Access
 from tumble.bench.authority import acting, is_allowed
 from tumble.bench.beside import MOST_AT_ONCE, Beside
+from tumble.bench.browser_socket import ABORT
 from tumble.bench.cookies import cookie_values, only_cookies
-from tumble.bench.gate import MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
+from tumble.bench.gate import BROWSER, MOST_SOCKETS, MOST_SOCKETS_OF_ONE, Gate
 from tumble.bench.line import MOST_LINES
 from tumble.bench.log import open_logs
 from tumble.bench.settings import BenchSettings
@@ -451,6 +452,47 @@ def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
     for kind, at_once in (("websocket", guest_work.MOST_WORK_OF_MESSAGES), ("http", guest_work.MOST_WORK)):
         most = seconds * share + at_once / guest_work.WORK_OF_A_PROCESSOR
         assert 0.5 * most < handled[kind] * takes < most + len(viewers) * takes, kind
+
+
+def test_sockets_of_guests_that_take_too_little_are_closed(monkeypatch):
+    access, closed = Access(needs_token=True), []
+    operator = access.enter(access.token, "10.0.0.1")
+    access.beat(operator.key)
+    viewer = access.enter(access.viewer_token, "10.0.1.1")
+    sockets, environ = {}, {}
+
+    def add(name, browser, waiting):
+        sockets[name] = SimpleNamespace(queue=asyncio.Queue())
+        for each in waiting:
+            sockets[name].queue.put_nowait(None if each is None else SimpleNamespace(data=each))
+        scope = {BROWSER: browser, ABORT: lambda: closed.append(name)}
+        environ[name] = {backlog.SCOPE: scope}
+
+    piece = "x" * (1 << 20)
+    many = [piece] * (backlog.MOST_WAITING // len(piece) + 1)
+    add("operator", operator, many)
+    add("viewer", viewer, many)
+    add("viewer that reads", viewer, [*many[1:], None, {"sid": "no text"}])
+    server = SimpleNamespace(eio=SimpleNamespace(sockets=sockets), environ=environ)
+    monkeypatch.setattr(backlog.core, "sio", server)
+    backlog.close_slow_sockets(access.operates)
+    assert closed == ["viewer"]
+
+
+@pytest.mark.parametrize("wanted", ["40", 0, "nonsense", None, "100"])
+def test_a_page_that_is_sent_again_what_it_missed_is_charged(monkeypatch, wanted):
+    outbox = SimpleNamespace(next_message_id=100, message_history=range(80))
+    monkeypatch.setitem(backlog.Client.instances, "page", SimpleNamespace(outbox=outbox))
+    work = guest_work.GuestWork()
+    before = work._left
+    with acting(lambda: False), guest_work.charged_to(work):
+        backlog.charge_what_is_sent_again("page", wanted)
+    sent = {"40": 60, 0: 80}.get(wanted, 0)
+    charged = sent * backlog.TIME_OF_A_MESSAGE * guest_work.WORK_OF_A_PROCESSOR
+    assert before - work._left == pytest.approx(charged)
+    with acting(lambda: True), guest_work.charged_to(work):
+        backlog.charge_what_is_sent_again("page", 0)
+    assert before - work._left == pytest.approx(charged)
 
 
 def test_messages_of_guests_leave_time_for_the_operator(monkeypatch):

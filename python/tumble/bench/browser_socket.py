@@ -11,6 +11,8 @@ from tumble.bench.line import PIECE
 MOST_FRAMES = 64
 """Frames up to the last one of a message, pings and pongs among them. Browsers send a pong in 20 s, and large
 messages in a few frames (RFC 6455, sections 5.4 and 5.5)."""
+ABORT = "tumble.abort"
+"""Key, in the scope of a socket, of what closes its line at once."""
 
 _Base: Any = WebSocketsSansIOProtocol
 
@@ -26,6 +28,12 @@ class BrowserSocket(_Base):  # type: ignore[misc]
         self._unread = b""
         """Bytes that came with a message and wait, as all behind it does, until it is taken."""
         self._frames = 0
+
+    def handle_connect(self, event: Any) -> None:  # noqa: ANN401
+        """Begins the socket; whoever serves it may close its line."""
+        super().handle_connect(event)
+        if not self.handshake_complete:
+            self.scope[ABORT] = self.transport.abort
 
     def data_received(self, data: bytes) -> None:
         """Reads up to the first message."""

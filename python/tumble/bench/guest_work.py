@@ -87,17 +87,18 @@ def charged_to(work: GuestWork | None) -> Iterator[None]:
         _charged.reset(before)
 
 
+def charge(seconds: float) -> None:
+    """Charges the guest who acts, if one does, for a time of a processor."""
+    work = _charged.get()
+    if work is not None and not is_allowed():
+        work.charge(seconds)
+
+
 def charge_step(covered: int = 0) -> None:
     """Charges the guest who acts, if one does, what the event loop does from now on in this step of it.
 
     `covered` is the work that was taken before.
     """
-    work = _charged.get()
-    if work is None or is_allowed():
-        return
     began = clock.now()
-
-    def charge() -> None:
-        work.charge(max(clock.now() - began - covered / WORK_OF_A_PROCESSOR, 0.0))
-
-    asyncio.get_running_loop().call_soon(charge)
+    end_of_step = asyncio.get_running_loop().call_soon
+    end_of_step(lambda: charge(max(clock.now() - began - covered / WORK_OF_A_PROCESSOR, 0.0)))

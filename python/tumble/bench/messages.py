@@ -19,11 +19,10 @@ from socketio import packet  # type: ignore[import-untyped]
 from socketio.exceptions import ConnectionRefusedError as Refusal  # type: ignore[import-untyped]
 
 from tumble.bench.access import Browser
+from tumble.bench.backlog import SCOPE, charge_what_is_sent_again
 from tumble.bench.gate import BROWSER
 from tumble.bench.guest_work import charge_step
 
-SCOPE = "asgi.scope"
-"""Key of the scope of a socket in its environment."""
 _LOGGERS = ("nicegui", "engineio.server", "socketio.server", "asyncio", "uvicorn.error")
 """Loggers of the libraries that serve the page, which trace each failure."""
 _UNCHECKED = ("disconnect",)
@@ -83,7 +82,10 @@ def guard_messages(dropped: Dropped) -> None:
     handlers: dict[str, Handler] = core.sio.handlers["/"]
     for name, handler in handlers.items():
         if name not in _UNCHECKED:
-            handlers[name] = _checked_connect(handler) if name == "connect" else _checked(handler, dropped)
+            is_begin = name == "handshake"
+            handlers[name] = (
+                _checked_connect(handler) if name == "connect" else _checked(handler, dropped, is_begin)
+            )
     # Lines of a log are for programs that run on this computer, not for whoever may look at a page.
     handlers["log"] = _refused(dropped)
     for name in _LOGGERS:
@@ -91,13 +93,15 @@ def guard_messages(dropped: Dropped) -> None:
         logger.handlers, logger.propagate = [_CountedFailures(dropped)], False
 
 
-def _checked(handler: Handler, dropped: Dropped) -> Callable[..., Awaitable[object]]:
+def _checked(handler: Handler, dropped: Dropped, is_begin: bool) -> Callable[..., Awaitable[object]]:
     async def checked(sid: str, *given: Any) -> object:  # noqa: ANN401 - whatever a browser sends
         charge_step()
         client = given[0].get("client_id") if len(given) == 1 and isinstance(given[0], dict) else None
         if not _is_own(client, core.sio.get_environ(sid)):
             dropped.add("message of no own page")
             return False
+        if is_begin:
+            charge_what_is_sent_again(client, given[0].get("next_message_id"))
         try:
             answer = handler(sid, given[0])
             return await answer if isawaitable(answer) else answer
@@ -111,9 +115,12 @@ def _checked(handler: Handler, dropped: Dropped) -> Callable[..., Awaitable[obje
 def _checked_connect(handler: Handler) -> Callable[..., Awaitable[object]]:
     async def checked(sid: str, environ: dict[str, Any], auth: object = None) -> object:
         charge_step()
-        named = parse_qs(environ.get("QUERY_STRING", "")).get("client_id", [])
+        query = parse_qs(environ.get("QUERY_STRING", ""))
+        named = query.get("client_id", [])
         if not all(_is_own(client, environ) for client in named):
             raise Refusal
+        for client in named:
+            charge_what_is_sent_again(client, query.get("next_message_id", [""])[0])
         return await handler(sid, environ, auth)
 
     return checked

@@ -18,6 +18,7 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from tumble.bench.access import COOKIE, Browser
 from tumble.bench.authority import acting
+from tumble.bench.backlog import MOST_SENT_AGAIN, close_slow_sockets
 from tumble.bench.bench import Bench
 from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, Gate
 from tumble.bench.line import MOST_LINES, Lines
@@ -179,6 +180,7 @@ def _application(bench: Bench) -> FastAPI:
         language="en-US",
         tailwind=False,
         reconnect_timeout=5.0,
+        message_history_length=MOST_SENT_AGAIN,
         show_welcome_message=False,
         binding_refresh_interval=None,
         favicon=STATIC / "favicon.svg",
@@ -188,12 +190,13 @@ def _application(bench: Bench) -> FastAPI:
 
 
 async def _pulse(bench: Bench) -> None:
-    """Notes again and again that the server has time for its pages."""
+    """Notes again and again that the server has time for its pages; closes sockets that take too little."""
 
     async def beat() -> None:
         while True:
             with acting(lambda: True):
                 bench.pulse = clock.now()
+            close_slow_sockets(bench.access.operates)
             await asyncio.sleep(BETWEEN_PULSES)
 
     background_tasks.create(beat(), name="pulse")
