@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 import sys
 
@@ -62,6 +63,65 @@ def test_datagrams_that_the_system_drops_are_counted(simulated_clock):
     assert 0 <= 60_020 - came - loss.unread <= 4
     assert loss.is_heavy
     assert "this computer was too slow" in str(loss)
+
+
+def row(time, x=0.1):
+    return json.dumps({"t": time, "acc": [x, 0.2, 9.8], "gyro": [0.0, 0.01, 0.0]}).encode()
+
+
+FAULTS = {
+    "silent": lambda at: row(at) if at < 4.0 else None,
+    "silent for a while": lambda at: None if 3.0 < at < 5.0 else row(at),
+    "no numbers": lambda at: row(at, 0.1 if at < 3.0 else float("nan")),
+    "no numbers for a while": lambda at: row(at, float("nan") if 3.0 < at < 6.0 else 0.1),
+    "clock stands still": lambda at: row(min(at, 3.0)),
+    "starts anew": lambda at: None if 3.0 < at < 3.5 else row(at if at < 3.0 else at - 3.0),
+}
+"""Datagrams at a time, s, of units that lack more than 2 % of their samples in 8 s."""
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("options", [(), ("--json",)], ids=["words", "json"])
+def test_a_unit_that_lacks_samples_in_any_way_ends_in_code_3(tmp_path, fault, options):
+    done = sent(tmp_path, FAULTS[fault], options)
+    assert done.code == 3, done.err
+    assert "samples are missing" in done.err
+    assert options or re.search("gave nothing for|gaps? in time", done.out), done.out
+    if options:
+        (unit,) = json.loads(done.out.splitlines()[-1])["units"]
+        assert unit["missing"] > 0.02 * (unit["samples"] + unit["missing"])
+
+
+def test_samples_that_come_in_bundles_are_all_there(tmp_path):
+    size = 80
+    bundles = {
+        last: [row(number / RATE) for number in range(last - size, last)] for last in range(size, 1680, size)
+    }
+    done = sent(tmp_path, lambda at: bundles.get(round(at * RATE)), ("--json",))
+    assert done.code == 0, done.err
+    assert json.loads(done.out.splitlines()[-1])["units"][0]["missing"] == 0
+
+
+def sent(tmp_path, datagrams, options):
+    """`tumble record` for 8 s of a unit that sends what is given at each time."""
+    port = free_port()
+
+    def send():
+        clock.sleep(0.1)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            for number in range(1, 1700):
+                found = datagrams(number / RATE) or []
+                for each in found if isinstance(found, list) else [found]:
+                    line.sendto(each, ("127.0.0.1", port))
+                clock.sleep(1.0 / RATE)
+
+    with SimulatedClock():
+        sender = clock.thread(send)
+        sender.start()
+        words = ("-o", tmp_path / "session", "--duration", "8s", *options)
+        done = typed("record", f"a=udp://127.0.0.1:{port}", *words)
+        clock.wait(sender)
+    return done
 
 
 def recorded(tmp_path, numbers):

@@ -1,4 +1,4 @@
-"""What waits to be sent to a browser that only looks: so much, and no more.
+"""Bytes that wait to be sent to a browser that only looks: so many, and no more.
 
 The libraries keep all that a browser does not take. A page that was gone for a while is sent again what it
 missed, which takes time, and is charged.

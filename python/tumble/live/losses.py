@@ -10,14 +10,14 @@ HEAVY_LOSS = 0.02
 
 @dataclass(frozen=True, slots=True)
 class SampleLoss:
-    """Samples of one unit that are missing between those that came."""
+    """Samples of one unit that are missing between those that came, and after them."""
 
     name: str
     """Name of the unit."""
     samples: int
     """That came."""
     missing: int
-    """That would fill the gaps in their times."""
+    """That would fill the gaps in their times, and the times in which none came."""
     unread: int
     """Datagrams that the system dropped because nobody read them in time; of all units of that port."""
 

@@ -37,6 +37,10 @@ from tumble.logs.options import ReadOptions, options_for
 RETRY = 1.0
 """s between two attempts to open a source that was lost."""
 
+SILENCE = 0.5
+"""s without samples at the end of a set from which they are missing; devices that bundle samples send more
+often."""
+
 LEFT_WITHIN = 0.1
 """s for which the end of a set waits for sources that are being opened."""
 
@@ -81,6 +85,14 @@ class _Unit:
         """s, of the samples that were given."""
         self.late = 0
         """Samples left out because they were no newer than that."""
+        self.given_at = math.nan
+        """s of `LiveSet.listened` at which its last samples were given."""
+        self.is_back = False
+        """Indicates whether it was opened anew, and has given nothing since."""
+        self.silence = 0.0
+        """s, of its clock, for which it gave nothing while it was opened anew."""
+        self.unheard = 0
+        """Samples that are missing in that time."""
         self.has_ended = False
         self.retry_at = math.inf
         """s of `clock.now()` at which to open it again, if it was lost."""
@@ -106,6 +118,11 @@ class _Unit:
         if clock_rate == 1.0:
             return self.clock.host_times(chunk.time, arrival)
         return clock_rate * self.clock.host_times(chunk.time / clock_rate, arrival)
+
+    def samples_in(self, seconds: float) -> int:
+        """Returns how many samples are missing where none came for so many s of its clock."""
+        interval = self.timing.interval
+        return max(0, round(seconds / interval) - 1) if interval > 0.0 else 0
 
     def enter(self) -> None:
         try:
@@ -197,16 +214,35 @@ class LiveSet:
 
     @property
     def losses(self) -> tuple[SampleLoss, ...]:
-        """Samples of each unit that are missing."""
+        """Samples of each unit that are missing: in gaps, while its source was opened anew, and until now.
+
+        Those that were left out, as they came too late, are missing too.
+        """
         return tuple(
-            SampleLoss(name, unit.timing.samples, unit.timing.missing, getattr(unit.source, "unread", 0))
+            SampleLoss(
+                name,
+                unit.timing.samples - unit.late,
+                unit.timing.missing + unit.unheard + unit.late + unit.samples_in(self._silent_for(unit)),
+                getattr(unit.source, "unread", 0),
+            )
             for name, unit in self._units.items()
         )
 
+    def _silent_for(self, unit: _Unit) -> float:
+        """Returns s, of its clock, for which a unit that has not ended gave nothing until now."""
+        if unit.has_ended or getattr(unit.source, "clock", "") == LOG_CLOCK:
+            return 0.0
+        silent = self.clock_rate * (self.listened - unit.given_at)
+        return silent if silent > max(SILENCE, 2.0 * unit.timing.interval) else 0.0
+
     @property
     def remarks(self) -> Mapping[str, tuple[str, ...]]:
-        """Remarks on each unit for the user: those of its source, the error of its clock, and gaps."""
-        return {name: unit.remarks for name, unit in self._units.items()}
+        """Remarks on each unit for the user: those of its source, errors of its clock, gaps and silence."""
+        return {name: (*unit.remarks, *self._on_silence(unit)) for name, unit in self._units.items()}
+
+    def _on_silence(self, unit: _Unit) -> Iterator[str]:
+        if silence := unit.silence + self._silent_for(unit):
+            yield f"gave nothing for {silence:.3g} s, while it was opened again or at the end"
 
     def __enter__(self) -> LiveSet:
         try:
@@ -307,6 +343,14 @@ class LiveSet:
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
         """Puts samples on the clock of the set; leaves out what is no newer than those before."""
         unit.heard = clock.now()
+        if unit.is_back:
+            # The first samples of a source come together, once their units are known.
+            came_in = float(chunk.time[-1] - chunk.time[0])
+            silence = max(0.0, self.clock_rate * (self.listened - unit.given_at) - came_in)
+            unit.silence += silence
+            unit.unheard += unit.samples_in(silence)
+            unit.is_back = False
+        unit.given_at = self.listened
         unit.timing.push(chunk.time)
         if not self._one_clock:
             chunk = chunk.on_clock(unit.host_times(chunk, self.clock_rate))
@@ -350,6 +394,7 @@ class LiveSet:
             unit.retry_at = clock.now() + RETRY
             return
         unit.timing.begin_part()
+        unit.is_back = not math.isnan(unit.given_at)
         self._watch(unit)
         self.on_event(SourceEvent("returned", unit.name, clock.now()))
 

@@ -44,7 +44,7 @@ class UnitProgress:
     """Hz, gaps left out; NaN before it is known."""
     gaps: int
     missing: int
-    """Samples that would fill the gaps."""
+    """Samples that are missing: in gaps, while its source was opened anew, and since the newest one."""
     condition: UnitCondition
     trembles: bool
     """Indicates whether it is at rest except for the tremor of the hand that holds it."""
@@ -255,13 +255,14 @@ class Recorder:
 
     def _progress(self, name: str) -> UnitProgress:
         timing = self._set.timing[name]
+        (loss,) = (each for each in self._set.losses if each.name == name)
         condition, trembles = self._units[name].condition
         return UnitProgress(
             name,
             self._writer.samples(name),
             1.0 / timing.interval,
             timing.gaps,
-            timing.missing,
+            loss.missing,
             condition,
             trembles,
         )
