@@ -72,4 +72,6 @@ def test_no_message_of_a_viewer_changes_anything(folder):
     # Screens ask registries and open recordings beside the event loop, which has a stop to heed.
     assert found["in_loop"] == []
     assert {"units", "results", "history_page", "jobs", "summary", "open_viewing"} <= set(found["beside"])
+    # To look for garbage through all that a server has as it begins would take 70 ms.
+    assert found["kept"] > 50_000
     assert "Traceback" not in done.stderr

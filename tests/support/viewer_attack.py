@@ -6,6 +6,7 @@ Handlers, messages and routes are those that NiceGUI has; what each changes is p
 from __future__ import annotations
 
 import asyncio
+import gc
 import hashlib
 import json
 import os
@@ -321,6 +322,7 @@ def main(folder, seed, rounds):
                 "control": control.changes,
                 "dropped": kinds,
                 "unopened": unopened,
+                "kept": gc.get_freeze_count(),
                 "beside": sorted(asked[False]),
                 "in_loop": sorted(asked[True]),
             }

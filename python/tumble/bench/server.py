@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import socket
 from collections.abc import Callable, Iterator, MutableMapping
 from contextlib import contextmanager
@@ -88,8 +89,14 @@ class BenchServer(LineServer):
             raise end_of(received[0])
 
     async def before_lines(self) -> None:
-        """Builds one page: the first takes long, as it imports and compiles."""
+        """Builds one page: the first takes long, as it imports and compiles.
+
+        All that is there by then stays to the end, and is not looked through for garbage again: that held up
+        a stop by 70 ms.
+        """
         await _build_page(self._pages)
+        gc.collect()
+        gc.freeze()
         self._tell()
 
     def _end_soon(self) -> None:
