@@ -11,12 +11,12 @@ import pytest
 from made_up_certificates import HOSTILE, certificate
 from pdf_text import text_of
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory.certificate import pdf
+from tumble.laboratory.certificate import pdf, typesetting
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.pdf import TEMPLATE, font_families, pdf_of
 
-LANGUAGES = ("en", "zh") if set(pdf.CHINESE_FONTS) & set(pdf._fonts().families()) else ("en",)
+LANGUAGES = ("en", "zh") if set(pdf.CHINESE_FONTS) & set(typesetting.fonts().families()) else ("en",)
 """Both where a font with Chinese letters is installed."""
 
 

@@ -1,5 +1,7 @@
 """A logo of any content is a small picture, or one line that names it."""
 
+import multiprocessing
+import os
 import random
 import struct
 import zlib
@@ -7,10 +9,13 @@ import zlib
 import pytest
 
 from made_up_certificates import certificate
+from patience import PATIENCE
+from tumble.foundation.bounded_process import in_bounded_process
 from tumble.foundation.errors import TumbleError
+from tumble.laboratory.certificate import typesetting
 from tumble.laboratory.certificate.dcc import dcc_of
-from tumble.laboratory.certificate.logo import load_logo
-from tumble.laboratory.certificate.pdf import pdf_of
+from tumble.laboratory.certificate.logo import Logo, load_logo
+from tumble.laboratory.certificate.pdf import TEMPLATE, pdf_of
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9">{}</svg>'
 WITHIN = '<image href="data:image/png;base64,x"/>'
@@ -36,6 +41,19 @@ def jpeg(*frames):
     return b"\xff\xd8" + thumbnail + b"".join(frames)
 
 
+DRAWN = "<defs><style>path{fill:red}</style><linearGradient id='g'><stop/></linearGradient></defs>" + (
+    "<title>a</title><desc>b</desc><metadata><p:title xmlns:p='urn:p'>c</p:title></metadata>"
+    "<g><path d='M0 0h9v9'/><rect width='9' height='9' fill='url(#g)'/><text>d<tspan>e</tspan></text></g>"
+)
+ELEMENTS = """
+    a altGlyph altGlyphDef altGlyphItem animate animateColor animateMotion animateTransform canvas clipPath
+    color-profile cursor feBlend feColorMatrix feComponentTransfer feComposite feConvolveMatrix
+    feDiffuseLighting feDisplacementMap feDropShadow feFlood feFuncA feGaussianBlur feImage feMerge
+    feMergeNode feMorphology feOffset feSpecularLighting feTile feTurbulence filter font foreignObject
+    glyph glyphRef hatch iframe image marker mask mesh pattern script set solidColor switch symbol textPath
+    tref use video view
+"""
+"""Elements of SVG that draw others once more, compute pictures, show other files, or move."""
 SMALL = frame(90, 90)
 GOOD = png(9, 9, 9 * bytes(10))
 
@@ -69,8 +87,52 @@ def test_a_picture_of_too_many_pixels_is_never_unpacked(tmp_path, content):
 )
 def test_a_drawing_shows_no_other_picture(tmp_path, text):
     (tmp_path / "logo.svg").write_text(text)
-    with pytest.raises(TumbleError, match=r"logo\.svg: shows another picture"):
+    with pytest.raises(TumbleError, match=r"logo\.svg: line 1: has (image|filter), and a logo has shapes"):
         load_logo(str(tmp_path / "logo.svg"))
+
+
+def test_a_drawing_takes_no_more_than_its_bytes(tmp_path):
+    path = tmp_path / "logo.svg"
+    path.write_text(SVG.format(DRAWN))
+    assert load_logo(str(path)).content
+    strays = [f"<{name}/>" for name in ELEMENTS.split()]
+    strays += [f'<rect {name}="blur(9)"/>' for name in ("filter", "FILTER")]
+    strays += [
+        f'<rect style="{text}"/>' for text in ("filter:blur(9)", "fill:red;Filter :none", "f\\69lter:x")
+    ]
+    strays += ["<style>path{filter:blur(9)}</style>", "<style>p{fil<!---->\\ter:x}</style>"]
+    for stray in strays:
+        path.write_text(SVG.format(f"<defs>\n{stray}</defs>"))
+        with pytest.raises(TumbleError, match=r"logo\.svg: line 2: has .*, and a logo has shapes, text"):
+            load_logo(str(path))
+    path.write_text(SVG.format('<rect style="color-interpolation-filters:sRGB;fill:red"/>'))
+    assert load_logo(str(path)).content
+
+
+@pytest.mark.parametrize("whose", ["template", "logo"])
+def test_what_goes_on_for_ever_is_given_up(tmp_path, monkeypatch, whose):
+    found = certificate(("en",))
+    endless = '<filter id="f"><feTurbulence numOctaves="2000000000"/></filter><rect filter="url(#f)"/>'
+    template = tmp_path / "ours.typ"
+    template.write_text(TEMPLATE.read_text() + "\n#while true {}")
+    given = (
+        {"template": template}
+        if whose == "template"
+        else {"logo": Logo("ours.svg", SVG.format(endless).encode())}
+    )
+    monkeypatch.setattr(typesetting, "SET_WITHIN", 0.0)
+    with pytest.raises(TumbleError, match=r"ours.*: typst takes more than 0 s; give a simpler") as caught:
+        pdf_of(found, dcc_of(found), **given)
+    assert "\n" not in str(caught.value)
+    assert multiprocessing.active_children() == []
+
+
+def test_a_process_that_ends_without_an_answer_is_named():
+    with pytest.raises(EOFError, match="ends without an answer"):
+        in_bounded_process(os._exit, 1, seconds=PATIENCE)
+    assert in_bounded_process(divmod, 7, 3, seconds=PATIENCE) == (2, 1)
+    with pytest.raises(ZeroDivisionError):
+        in_bounded_process(divmod, 7, 0, seconds=PATIENCE)
 
 
 @pytest.mark.parametrize(

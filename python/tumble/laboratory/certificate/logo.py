@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from struct import error as too_short
@@ -23,8 +24,16 @@ _FRAMES: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 """Markers of JPEG that state the size of a picture."""
 _ALONE: Final = frozenset((*range(0xD0, 0xDA), 0x01))
 """Markers of JPEG that no length follows."""
-_WITHIN: Final = frozenset(("image", "feImage"))
-"""Elements of SVG that show another picture, of any size."""
+_DRAWN: Final = frozenset(
+    (
+        *("svg", "g", "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "tspan"),
+        *("defs", "linearGradient", "radialGradient", "stop", "style", "title", "desc", "metadata"),
+    )
+)
+"""Elements of SVG that take no more time and memory than they take bytes: none draws another one again."""
+_SVG: Final = "http://www.w3.org/2000/svg"
+_FILTER: Final = re.compile(r"(?<![\w-])filter(?![\w-])|\\", re.IGNORECASE)
+"""Part of a style that computes pictures of any size, or could hide that word by an escape."""
 _REMEDY: Final = "give a smaller SVG, PNG or JPEG"
 
 
@@ -39,20 +48,22 @@ class Logo:
 def load_logo(path: str) -> Logo | None:
     """Returns the logo in a file, SVG, PNG or JPEG; None for no path.
 
-    Raises `TumbleError` for any other file, too many pixels, and a picture in the drawing.
+    Raises `TumbleError` for any other file, too many pixels, and more than shapes, text and gradients.
     """
     if not path:
         return None
     content = read_whole(path, LARGEST, "logo", remedy=_REMEDY)
     try:
         pixels = max(_pixels_of(content), default=0)
-        holds_picture = not content.startswith((_PNG, _JPEG)) and _holds_picture(content)
+        stray = None if content.startswith((_PNG, _JPEG)) else next(_strays(content), None)
     except (too_short, ValueError) as error:
         raise TumbleError(f"{path}: is no SVG, PNG or JPEG, or damaged; {_REMEDY}") from error
     if pixels > _MOST_PIXELS:
         raise TumbleError(f"{path}: has {pixels} pixels, more than {_MOST_PIXELS}; {_REMEDY}")
-    if holds_picture:
-        raise TumbleError(f"{path}: shows another picture in its drawing; give that picture, or lines alone")
+    if stray:
+        raise TumbleError(
+            f"{path}: {stray}, and a logo has shapes, text and gradients alone; draw it so, or give a PNG"
+        )
     return Logo(path, content)
 
 
@@ -79,8 +90,8 @@ def _frames_of(content: bytes) -> Iterator[int]:
         place += 2 + max(2, unpack_from(">H", content, place + 2)[0])
 
 
-def _holds_picture(content: bytes) -> bool:
-    """Returns whether an SVG shows other pictures; raises `ValueError` for what is none."""
+def _strays(content: bytes) -> Iterator[str]:
+    """Describes what a logo may not have of an SVG; raises `ValueError` for what is none."""
     parser = etree.XMLParser(encoding="utf-8", resolve_entities="internal", no_network=True, huge_tree=False)
     try:
         root = etree.fromstring(content, parser)
@@ -88,4 +99,10 @@ def _holds_picture(content: bytes) -> bool:
         raise ValueError("is no SVG") from error
     if etree.QName(root).localname != "svg":
         raise ValueError("is no SVG")
-    return any(etree.QName(each).localname in _WITHIN for each in root.iter(etree.Element))
+    for each in root.iter(etree.Element):
+        name = etree.QName(each)
+        if name.namespace in (None, _SVG) and name.localname not in _DRAWN:
+            yield f"line {each.sourceline}: has {name.localname}"
+        styles = (each.get("style") or "", "".join(each.itertext()) if name.localname == "style" else "")
+        if any(map(_FILTER.search, (*map(str, each.keys()), *styles))):
+            yield f"line {each.sourceline}: has a filter"

@@ -5,11 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from datetime import datetime, timezone
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
-
-import typst
+from typing import Any
 
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.units import TRIADS
@@ -24,10 +21,10 @@ from tumble.laboratory.certificate.catalogue import (
 )
 from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.model import CalibratedItem, Certificate, CertifiedQuantity, Equipment
+from tumble.laboratory.certificate.typesetting import TypesettingError, fonts, set_pdf, set_pdf_in_time
 from tumble.report.numbers import readable_unit, typeset
 
 TEMPLATE = Path(__file__).with_name("template.typ")
-STANDARD: Final = "a-3b"
 _FONT = "Libertinus Serif"
 """Font that typst brings along."""
 CHINESE_FONTS = (
@@ -49,47 +46,32 @@ def pdf_of(
 ) -> bytes:
     """Return a certificate as PDF/A-3b with its XML attached.
 
-    Raises `TumbleError` in one line where a font or picture is missing, or the template is wrong.
+    Raises `TumbleError` in one line where a font or picture is missing, or the template is wrong or takes
+    more than `typesetting.SET_WITHIN`.
     """
     path = template or TEMPLATE
     inputs = {"certificate": json.dumps(_view(certificate, logo)), "xml": xml.decode()}
     moment = datetime.fromisoformat(certificate.issued).replace(tzinfo=timezone.utc)
+    # Our own template is right, and ends by itself: the picture is wrong that it shows.
+    about = logo.path if logo and template is None else str(path)
+    make = set_pdf if template is None and logo is None else set_pdf_in_time
     try:
-        found = typst.compile(
-            str(path),
-            root=str(path.parent),
-            font_paths=_fonts(),
-            sys_inputs=inputs,
-            format="pdf",
-            pdf_standards=[STANDARD],
-            timestamp=moment,
-        )
-    except typst.TypstError as error:
-        # Our own template is right, so that the picture is damaged that it shows.
-        about = logo.path if logo and template is None else str(path)
-        raise TumbleError(_in_one_line(error, logo), about=about) from error
-    except (RuntimeError, OSError) as error:  # of typst too: the template is no file, or in no folder
-        raise TumbleError(f"{path}: cannot be read: {error}; check the path") from error
-    assert isinstance(found, bytes)
-    return found
+        return make(path, inputs, moment)
+    except TypesettingError as error:
+        raise TumbleError(_in_one_line(error.why, logo), about=about) from error
+    except (TimeoutError, EOFError) as error:
+        raise TumbleError(f"typst {error}; give a simpler template or logo", about=about) from error
 
 
-def _in_one_line(error: typst.TypstError, logo: Logo | None) -> str:
-    message = " ".join(str(getattr(error, "message", error)).split())
+def _in_one_line(message: str, logo: Logo | None) -> str:
     if "font" in message or "could not be displayed" in message:
         return f"a font with all letters of the certificate is missing ({message}); install one"
     return f"typst reports: {message}; correct the template{f', or the logo {logo.path}' if logo else ''}"
 
 
-@lru_cache(maxsize=1)
-def _fonts() -> Any:  # noqa: ANN401 - typst has no public type for them
-    """Search for fonts once; that takes as long as the rest."""
-    return typst.Fonts()
-
-
 def font_families(certificate: Certificate) -> list[str]:
     """Return the fonts of a certificate; raises `TumbleError` where one for Chinese is wanted and missing."""
-    installed = set(_fonts().families())
+    installed = set(fonts().families())
     chinese = [family for family in CHINESE_FONTS if family in installed]
     if "zh" in certificate.languages and not chinese:
         raise TumbleError(
