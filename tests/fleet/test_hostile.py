@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 import os
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -17,6 +19,7 @@ import fleet_functions
 from fleet_jobs import SerialEngine, function_job, results_of, run_job
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
+from tumble import fleet
 from tumble.fleet import parts
 from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import FleetJob, load_job, option_words
@@ -192,6 +195,12 @@ def test_texts_of_results_begin_no_line_of_their_own(tmp_path, rows):
     assert not any(line.startswith("Failed: 99") for line in done.out.splitlines())
 
 
+def test_fleet_commands_print_by_one_function():
+    for path in Path(fleet.__file__).parent.rglob("*.py"):
+        calls = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
+        assert not [node for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
+
+
 def test_a_folder_whose_name_is_no_utf_8_is_a_row(tmp_path, monkeypatch):
     folder = tmp_path / os.fsdecode(b"rob\xe9t")
     folder.mkdir()
@@ -211,14 +220,15 @@ def test_arguments_without_the_other_quotation_mark_are_refused(tmp_path):
     assert done.code == 2
     assert "arguments" in one_line(done.err)
     assert list(option_words({"rate": 52.123456789, "still": 5.0, "n": 2})) == [
-        *("--rate", "52.123456789"),
-        *("--still", "5"),
-        *("--n", "2"),
+        "--rate=52.123456789",
+        "--still=5",
+        "--n=2",
     ]
 
 
-@pytest.mark.parametrize("name", ["job.json", "status.json"])
-def test_a_ledger_of_other_contents_is_one_line(tmp_path, name):
+@pytest.fixture
+def begun(tmp_path):
+    """The file of a job that is stated to run, and its status, and how far it is as the file states it."""
     job = tmp_path / "job.yaml"
     job.write_text(
         f"procedure: fleet_functions:squared\nseeds: {{count: 1}}\nresults: {tmp_path / 'results'}\n"
@@ -226,7 +236,38 @@ def test_a_ledger_of_other_contents_is_one_line(tmp_path, name):
     results = FileStore(str(tmp_path / "results"))
     begin(results, load_job(job))
     write_status(results, JobStatus("running", 1, 0, 0, 0, 0, 1.0, 1.0, "local"))
-    path = tmp_path / "results" / name
+    path = tmp_path / "results" / "status.json"
+    return job, path, json.loads(path.read_text())
+
+
+@pytest.mark.parametrize("words", [("status",), ("status", "--json"), ("cancel",)])
+def test_no_number_or_text_of_a_status_breaks_what_is_shown(begun, words):
+    job, path, whole = begun
+    numbers = ["NaN", "Infinity", "-Infinity", "1e999", "1e308", "5e-324", "-1", "9" * 60]
+    texts = [
+        "x\ntumble: done: 1 of 1 inputs",
+        "x\rtumble: done",
+        "\u202edone\u2028tumble: done",
+        "x\ttumble: done",
+    ]
+    for key, before in whole.items():
+        given = numbers if isinstance(before, int | float) else [json.dumps(text) for text in texts]
+        for value in given:
+            content = json.dumps(whole | {key: "HERE"}).replace('"HERE"', value)
+            path.write_text(content)
+            done = typed("fleet", words[0], job, *words[1:])
+            if done.code == 2:
+                one_line(done.err)
+            else:
+                assert (done.code, done.err) == (0, "")
+                assert "--json" in words or done.out.count("\n") == 1
+                assert done.out.rstrip("\n").isprintable() or json.loads(done.out)
+
+
+@pytest.mark.parametrize("name", ["job.json", "status.json"])
+def test_a_ledger_of_other_contents_is_one_line(begun, name):
+    job, status, _ = begun
+    path = status.with_name(name)
     whole = json.loads(path.read_text())
     for key in whole:
         for value in (None, [], {"a": 1}, "x"):

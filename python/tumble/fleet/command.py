@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +12,7 @@ import typer
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.results import end_unless
-from tumble.cli.screen import print_document, print_summary
+from tumble.cli.screen import print_document, print_line, print_summary
 from tumble.cli.shared_options import JsonOption, QuietOption
 from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
@@ -117,7 +116,7 @@ def status_command(path: JobFile, as_json: JsonOption = False) -> None:
     if as_json:
         print_document(STATUS, status.state, status_content(status))
     else:
-        print(status_words(status))
+        print_line(status_words(status))
 
 
 @fleet_app.command("cancel", cls=AbbreviatingCommand)
@@ -134,7 +133,7 @@ def cancel_command(path: JobFile) -> None:
     if status.state != "running":
         raise CommandError(f"{place}: the job is {status.state}, so there is nothing to cancel")
     ask_to_cancel(place)
-    print(f"{place}: ends after the tasks that are under way; go on with tumble fleet run --resume")
+    print_line(f"{place}: ends after the tasks that are under way; go on with tumble fleet run --resume")
 
 
 @fleet_app.command("show", cls=AbbreviatingCommand)
@@ -184,7 +183,7 @@ def _show(
 
         print_summary(drawn(summary))
         for name, written in files.items():
-            print(f"{name.capitalize()}: {written}")
+            print_line(f"{name.capitalize()}: {written}")
     end_unless(well)
 
 
@@ -211,7 +210,7 @@ def _enter(job: FleetJob, place: FileStore) -> None:
         from tumble.fleet.registering import enter_results
 
         entered = enter_results(job.registry, place)
-        print(f"tumble: {entered} results added to the registry", file=sys.stderr)
+        print_line(f"tumble: {entered} results added to the registry", is_message=True)
 
 
 def _installed() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from tumble.cli.screen import message_console
+from tumble.cli.screen import message_console, print_line
 from tumble.fleet.driver import ShowProgress
 from tumble.fleet.ledger import SILENT_AFTER, JobStatus
 from tumble.fleet.reduction import FALSE_DISCOVERIES, FleetSummary
@@ -29,7 +29,7 @@ def progress(quiet: bool) -> Iterator[ShowProgress]:
     if quiet:
         yield lambda _: None
     elif not sys.stderr.isatty():
-        yield _Spaced(lambda status: print(f"tumble: {status_words(status)}", file=sys.stderr, flush=True))
+        yield _Spaced(lambda status: print_line(f"tumble: {status_words(status)}", is_message=True))
     else:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -1,13 +1,14 @@
 """JSON from anywhere: read in bounded time and depth whatever it holds, or a `JsonError`; and lines of it.
 
-The library leaves four doors open: nesting that exhausts the stack, of its own or of whoever walks through
-what it returned; numbers of millions of digits, which take minutes; a key given twice, of which readers take
-different ones; and three kinds of errors.
+The library leaves five doors open: nesting that exhausts the stack, of its own or of whoever walks through
+what it returned; numbers of millions of digits, which take minutes; numbers that are not finite, which JSON
+does not have; a key given twice, of which readers take different ones; and three kinds of errors.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -27,10 +28,14 @@ class JsonError(ValueError):
     """Text that is no JSON, or deeper or longer than any of ours."""
 
 
-def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - JSON is anything
-    """Returns what JSON stands for; raises `JsonError`, which states the line where that is known."""
+def parse_json(content: str | bytes, *, only_finite: bool = True) -> Any:  # noqa: ANN401 - JSON is anything
+    """Returns what JSON stands for; raises `JsonError`, which states the line where that is known.
+
+    Without `only_finite`, `NaN`, `Infinity` and `1e999` are numbers too, as sensors of some programs state.
+    """
+    others: dict[str, Any] = {"parse_float": _finite, "parse_constant": _finite} if only_finite else {}
     try:
-        found = json.loads(content, parse_int=_integer, object_pairs_hook=_mapping)
+        found = json.loads(content, parse_int=_integer, object_pairs_hook=_mapping, **others)
     except RecursionError:
         raise JsonError(_TOO_DEEP) from None
     except json.JSONDecodeError as error:
@@ -56,6 +61,13 @@ def _integer(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
         raise JsonError(f"a number of {len(digits)} characters; {MOST_DIGITS} at most")
     return int(digits)
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise JsonError(f"{quoted(text)} is no finite number")
+    return number
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

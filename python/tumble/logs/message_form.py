@@ -190,7 +190,7 @@ class JsonForm:
 
     def _objects(self, messages: Sequence[bytes]) -> list[Any]:
         try:
-            objects: list[Any] = parse_json(b"[" + b",".join(messages) + b"]")
+            objects: list[Any] = parse_json(b"[" + b",".join(messages) + b"]", only_finite=False)
         except JsonError:
             objects = []
         if len(objects) == len(messages):
@@ -213,7 +213,7 @@ def _at(value: Any, name: str) -> Any:  # noqa: ANN401 - JSON is anything
 
 def _json(message: bytes, index: int) -> Any:  # noqa: ANN401 - JSON is anything
     try:
-        return parse_json(message)
+        return parse_json(message, only_finite=False)
     except JsonError as error:
         raise MalformedMessageError(index, "is no JSON") from error
 
