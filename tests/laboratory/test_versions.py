@@ -42,6 +42,18 @@ def test_a_registry_of_a_newer_version_is_refused_in_one_line(registry, address)
         assert "\n" not in str(error.value)
 
 
+def test_a_version_of_no_registry_is_one_line(registry, address):
+    for stated in ("0", "-5", "001", "+1", "1.0", " 1", "1\n", "", "one", "\u0661", "\u00b9", "9" * 32 + "x"):
+        with registry.database.writing() as connection:
+            connection.execute(
+                text("UPDATE alembic_version SET version_num = :stated"), {"stated": stated[-32:]}
+            )
+        for attempt in (lambda: Registry(address), lambda: Registry.create(address, documents="x")):
+            with pytest.raises(TumbleError, match="of its tables, as no registry does") as error:
+                attempt()
+            assert "\n" not in str(error.value)
+
+
 def test_an_older_registry_is_upgraded_by_init_only(registry, address, monkeypatch):
     monkeypatch.setattr(database, "HEAD", "2")
     with pytest.raises(TumbleError, match="back it up and type tumble registry init"):

@@ -28,6 +28,7 @@ from sqlalchemy.pool import NullPool
 from tumble.foundation.bounded_answer import bounded_answer
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import whole_number
+from tumble.foundation.words import quoted
 from tumble.laboratory.address import RegistryAddress
 from tumble.laboratory.journals import refuse_unfit_journals
 from tumble.laboratory.tables import METADATA
@@ -130,8 +131,11 @@ class Database:
         except Exception as error:
             raise _no_answer(self.address, error) from error
 
-    def version(self, connection: Connection) -> str | None:
-        """Return the version of the tables; None where there are none. Raises `RegistryError` for several."""
+    def version(self, connection: Connection) -> int | None:
+        """Return the version of the tables; None where there are none.
+
+        Raises `RegistryError` for several, and for what is the version of no registry.
+        """
         if not inspect(connection).has_table("alembic_version"):
             return None
         found = connection.execute(text("SELECT version_num FROM alembic_version LIMIT 2")).scalars().all()
@@ -140,7 +144,14 @@ class Database:
                 f"{self.address}: states {'several versions' if found else 'no version'} of its tables, as "
                 "no registry does; restore it from a backup"
             )
-        return str(found[0])
+        stated = str(found[0])
+        number = whole_number(stated)
+        if not number or str(number) != stated:
+            raise RegistryError(
+                f"{self.address}: states version {quoted(stated)} of its tables, as no registry does; "
+                "restore it from a backup"
+            )
+        return number
 
     def check_version(self, connection: Connection) -> None:
         """Raise `RegistryError` unless the tables are of this version."""
@@ -149,10 +160,10 @@ class Database:
             raise RegistryError(
                 f"{self.address}: is not a registry; type tumble registry init {self.address}"
             )
-        if found == HEAD:
+        if found == int(HEAD):
             self._refuse_computed(connection)
             return
-        if (number := whole_number(found)) is not None and number < int(HEAD):
+        if found < int(HEAD):
             raise RegistryError(
                 f"{self.address}: is a registry of version {found}, and needs to be {HEAD}; back it up and "
                 f"type tumble registry init {self.address}"
@@ -181,11 +192,8 @@ class Database:
             "script_location", str(Path(__file__).with_name("migrations")).replace("%", "%%")
         )
         with self.writing() as connection:
-            if self.version(connection) is not None:
-                found = self.version(connection) or ""
-                number = whole_number(found)
-                if number is None or number > int(HEAD):
-                    self.check_version(connection)
+            if (self.version(connection) or 0) > int(HEAD):
+                self.check_version(connection)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
         if self.is_sqlite:
