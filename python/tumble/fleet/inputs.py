@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from tumble.fleet.input_options import options_of_inputs, unfit_value
 from tumble.fleet.job import FleetJob
+from tumble.fleet.path_pattern import PathPattern
 from tumble.fleet.places import matching, version_at
 from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import day_of, mistake_in_date
@@ -36,7 +36,6 @@ _ROWS_AT_ONCE = 256
 """Rows of a manifest that are read at a time: one text may stand for all of them in few bytes."""
 _LONGEST_TEXT = 1 << 16
 """Letters of a place, and of options."""
-_NAME = re.compile(r"\{(\w+)\}")
 
 
 class InputsError(TumbleError):
@@ -137,16 +136,28 @@ def _mark(given: FleetInput) -> int:
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "little")
 
 
-def _found(pattern: str) -> Iterator[FleetInput]:
-    wildcards = _NAME.sub("*", pattern)
-    facts_in = _matcher(pattern)
+def _found(text: str) -> Iterator[FleetInput]:
+    pattern = _pattern(text)
     found = False
-    for place, version in matching(wildcards):
+    for place, version in matching(pattern.wildcards):
+        stated = pattern.facts_in(place)
+        if stated is None:
+            continue
         found = True
-        facts = _facts(shown(place), facts_in(place))
-        yield FleetInput(place, version, {"unit": _unit(place), **facts})
+        yield FleetInput(place, version, {"unit": _unit(place), **_facts(shown(place), stated)})
     if not found:
-        raise InputsError(f"{shown(pattern)}: fits no file; check the pattern")
+        raise InputsError(f"{shown(text)}: fits no file; check the pattern")
+
+
+def _pattern(text: str) -> PathPattern:
+    """Returns a pattern of paths; raises `InputsError` for a name that is unknown, or given twice."""
+    pattern = PathPattern(text)
+    for number, name in enumerate(pattern.names):
+        if name not in COLUMNS:
+            raise InputsError(f"{shown(text)}: {{{name}}} is unknown; use {', '.join(COLUMNS)}, or *")
+        if name in pattern.names[:number]:
+            raise InputsError(f"{shown(text)}: {{{name}}} is given twice; give it once, and * elsewhere")
+    return pattern
 
 
 def _facts(about: str, stated: Mapping[str, Any]) -> dict[str, str]:
@@ -166,29 +177,6 @@ def _facts(about: str, stated: Mapping[str, Any]) -> dict[str, str]:
         if mistake:
             raise InputsError(f"{about}: day {quoted(day)} {mistake}")
     return facts
-
-
-def _matcher(pattern: str) -> Any:  # noqa: ANN401 - a function
-    """Returns a function that finds the named parts of a path, such as `{lot}`."""
-    names = _NAME.findall(pattern)
-    for name in names:
-        if name not in COLUMNS:
-            raise InputsError(f"{shown(pattern)}: {{{name}}} is unknown; use {', '.join(COLUMNS)}, or *")
-    parts = re.split(r"(\{\w+\}|\*\*/?|\*|\?)", pattern.partition("://")[2] or pattern)
-    regex = "".join(_part(part) for part in parts)
-    fits = re.compile(f"(?:^|.*/){regex}$" if names else ".*")
-
-    def facts(place: str) -> dict[str, str]:
-        match = fits.match(place)
-        return dict(match.groupdict()) if match else {}
-
-    return facts
-
-
-def _part(part: str) -> str:
-    if name := _NAME.fullmatch(part):
-        return f"(?P<{name[1]}>[^/]+)"
-    return {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}.get(part, re.escape(part))
 
 
 def _unit(place: str) -> str:
