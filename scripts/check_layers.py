@@ -83,7 +83,7 @@ A folder `report` holds its pages, all other files are the procedure.
 
 READING = {
     *("bounded_answer", "bounded_json", "bounded_process", "bounded_time", "file_status", "file_reading"),
-    *("regular_files", "temporary_folders"),
+    *("parquet_pages", "regular_files", "temporary_folders"),
 }
 """Doors through which all files and all JSON of others come, and the bounds for whoever reads them."""
 
@@ -181,6 +181,7 @@ LAYERS: dict[str, set[str]] = {
     "bounded_json": {"words"},
     "bounded_answer": {"clock", "regular_files"},
     "bounded_process": {"clock", "workers"},
+    "parquet_pages": set(),
     "bounded_time": {"clock"},
     "file_reading": {"errors", "file_status", "files", "regular_files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status", "regular_files"},

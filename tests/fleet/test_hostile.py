@@ -21,11 +21,12 @@ from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
 from tumble import fleet
 from tumble.fleet import parts
-from tumble.fleet.inputs import inputs_of
+from tumble.fleet.inputs import COLUMNS, InputsError, inputs_of
 from tumble.fleet.job import FleetJob, load_job, option_words
 from tumble.fleet.ledger import JobStatus, begin, write_status
-from tumble.fleet.parts import LARGEST_PART, SCHEMA, exit_codes, whole_table
+from tumble.fleet.parts import LARGEST_PART, SCHEMA, whole_table
 from tumble.fleet.places import FileStore
+from tumble.foundation.parquet_pages import pages_of
 from tumble.foundation.stores import StoreError
 from turntable_sessions import one_line, typed
 
@@ -125,7 +126,7 @@ def test_a_part_that_unpacks_without_bound_is_refused(tmp_path, rows, monkeypatc
     assert path.stat().st_size < 1 << 18
     monkeypatch.setattr(parts, "LARGEST_PART", 1 << 20)
     with pytest.raises(StoreError, match="unpacks to 8 MiB"):
-        exit_codes(FileStore(str(tmp_path)))
+        whole_table(FileStore(str(tmp_path)))
     assert LARGEST_PART > MOST_BYTES
 
 
@@ -155,10 +156,91 @@ def with_repeated(rows, where):
 def test_a_text_that_stands_for_many_is_bounded_before_it_is_unpacked(tmp_path, rows, where):
     path = written(tmp_path, with_repeated(rows, where), store_schema=False)
     assert path.stat().st_size < 1 << 18
-    found = parts.packed_file(path, "a part").read()
+    with path.open("rb") as file:
+        found = parts.packed_file(file, "a part").read()
     assert found.nbytes < 10 * MOST_BYTES
     with pytest.raises(StoreError, match=r"unpacks to \d+ MiB, and to 1024 at most"):
         list(parts.tables(FileStore(str(tmp_path))))
+
+
+def stated_less(path, number):
+    """Has the end of a file of Parquet state 1 in the place of a number, which takes as many bytes."""
+    content = path.read_bytes()
+    length = int.from_bytes(content[-8:-4], "little")
+    end = content[-8 - length :]
+    digits = []
+    while number:
+        digits.append(number & 127)
+        number >>= 7
+    found = bytes([*(each | 128 for each in digits[:-1]), digits[-1]])
+    less = bytes([2 | 128, *[128] * (len(digits) - 2), 0])
+    assert found in end
+    path.write_bytes(content[: -8 - length] + end.replace(found, less))
+
+
+def test_the_end_of_a_part_does_not_bound_what_is_read(tmp_path, rows):
+    path = written(tmp_path, with_repeated(rows, "count"), store_schema=False, write_statistics=False)
+    stated_less(path, 2 * 3_000_000)
+    data = pq.ParquetFile(path).metadata
+    names = [data.row_group(0).column(place) for place in range(data.num_columns)]
+    assert sum(each.num_values for each in names if each.path_in_schema.startswith("parameters")) == 5
+    with pytest.raises(StoreError, match=r"unpacks to \d+ MiB, and to 1024 at most"):
+        list(parts.tables(FileStore(str(tmp_path))))
+
+
+@pytest.mark.parametrize("name", [field.name for field in SCHEMA if field.type == pa.string()])
+def test_a_text_stated_by_its_difference_to_the_last_is_refused(tmp_path, rows, name):
+    table = pa.Table.from_pylist(
+        [each | {name: "x" * (1 << 20) + str(n)} for n, each in enumerate(rows)], SCHEMA
+    )
+    coded = {"use_dictionary": False, "column_encoding": {name: "DELTA_BYTE_ARRAY"}, "store_schema": False}
+    path = written(tmp_path, table, **coded)
+    assert path.stat().st_size < 1 << 18
+    with pytest.raises(StoreError, match="write it without DELTA_BYTE_ARRAY"):
+        list(parts.tables(FileStore(str(tmp_path))))
+    if name in (*COLUMNS, "place"):
+        with pytest.raises(StoreError, match="write it without DELTA_BYTE_ARRAY"):
+            list(inputs_of(FleetJob(procedure="spin", inputs=str(path), results="r")))
+
+
+@pytest.mark.parametrize("kind", [pa.list_(pa.string()), pa.struct([("a", pa.string())]), pa.binary(1 << 16)])
+def test_a_column_of_a_manifest_holds_texts(tmp_path, kind):
+    manifest = tmp_path / "manifest.parquet"
+    for name in ("place", "options", *COLUMNS):
+        table = {"place": pa.array(["x"])} | {name: pa.nulls(1, kind)}
+        pq.write_table(pa.table(table), manifest)
+        with pytest.raises(InputsError, match=f"column {name} holds no texts but"):
+            list(inputs_of(FleetJob(procedure="spin", inputs=str(manifest), results="r")))
+
+
+def test_heads_of_pages_state_what_the_end_of_an_honest_file_does(tmp_path):
+    draws = np.random.default_rng(7)
+    count = 30_000
+    table = pa.table(
+        {
+            "number": draws.normal(size=count),
+            "text": [str(each % 999) for each in range(count)],
+            "list": [[1.0] * (each % 3) for each in range(count)],
+            "none": pa.nulls(count, pa.int32()),
+            "flag": draws.integers(0, 2, count).astype(bool),
+        }
+    )
+    path = tmp_path / "honest.parquet"
+    for options in (
+        {}, {"data_page_version": "2.0"}, {"use_dictionary": False}, {"compression": "none"},
+        {"row_group_size": 1000}, {"write_page_checksum": True}, {"data_page_size": 1000},
+    ):  # fmt: skip
+        pq.write_table(table, path, **options)
+        data = pq.ParquetFile(path).metadata
+        with path.open("rb") as file:
+            for group, place in np.ndindex(data.num_row_groups, data.num_columns):
+                chunk = data.row_group(group).column(place)
+                found = list(pages_of(file, chunk, data.created_by))
+                without_dictionary = found[1:] if chunk.has_dictionary_page else found
+                assert sum(page.values for page in without_dictionary) == chunk.num_values
+                assert (
+                    0 <= chunk.total_uncompressed_size - sum(page.size for page in found) <= 100 * len(found)
+                )
 
 
 def test_a_text_of_a_manifest_that_stands_for_many_is_bounded(tmp_path):

@@ -29,7 +29,7 @@ def test_a_pattern_fits_what_a_shell_fits(pieces, text):
 
 
 def tried_all_ways(pieces, path):
-    """What names stand for by an expression that takes each as long as it can, and tries all ways."""
+    """Matches a path by an expression that takes each name as long as it can, and tries all ways."""
     names = {name: f"(?P<{name[1:-1]}>[^/]+)" for name in NAMES} | {
         "*": "[^/]*",
         "?": "[^/]",

@@ -216,7 +216,7 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
         with place.opened("manifest") as file:
             schema = pq.ParquetFile(file).schema_arrow
             known = _columns_of(manifest, schema)
-            for some in packed_file(file, manifest).iter_batches(_ROWS_AT_ONCE, columns=known):
+            for some in packed_file(file, manifest, known).iter_batches(_ROWS_AT_ONCE, columns=known):
                 for row in unpacked(pa.Table.from_batches([some]), schema, manifest).to_pylist():
                     number += 1
                     _refuse_unfit(f"{shown(manifest)}: row {number}", row)
@@ -230,9 +230,16 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def _columns_of(manifest: str, schema: Any) -> list[str]:  # noqa: ANN401 - pyarrow
+    import pyarrow as pa
+
     if "place" not in schema.names:
         raise InputsError(f"{shown(manifest)}: has no column place; give each input's path or URL in it")
-    return [name for name in ("place", "options", *COLUMNS) if name in schema.names]
+    known = [name for name in ("place", "options", *COLUMNS) if name in schema.names]
+    for name in known:
+        kind = schema.field(name).type
+        if pa.types.is_nested(kind) or pa.types.is_fixed_size_binary(kind):
+            raise InputsError(f"{shown(manifest)}: column {name} holds no texts but {kind}; write it as text")
+    return known
 
 
 def _refuse_unfit(about: str, row: Mapping[str, Any]) -> None:

@@ -18,6 +18,7 @@ from tumble.fleet.places import FileStore
 from tumble.foundation.errors import shown
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.files import FileKind
+from tumble.foundation.parquet_pages import PageError, pages_of
 from tumble.foundation.stores import StoreError, store_error
 from tumble.foundation.words import in_utf8
 
@@ -167,21 +168,35 @@ def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[p
         yield table
 
 
-def packed_file(file: Any, path: str, value_bytes: int = 1) -> Any:  # noqa: ANN401 - pyarrow
+def packed_file(
+    file: Any,  # noqa: ANN401
+    path: str,
+    columns: Sequence[str] | None = None,
+    value_bytes: int = 1,
+) -> Any:  # noqa: ANN401 - pyarrow
     """Opens a file of Parquet of which a text that stands for many is kept once, until it is held to a bound.
 
-    Raises `StoreError` where it unpacks to more than `LARGEST_PART`, as the file itself states, and with so
-    many bytes for each value that are held at a time.
+    Raises `StoreError` where these columns unpack to more than `LARGEST_PART`, as the pages themselves state,
+    and with so many bytes for each value that are held at a time: the end of the file may state less.
     """
     data = pq.ParquetFile(file).metadata
-    chunks = [
-        data.row_group(group).column(place)
-        for group in range(data.num_row_groups)
-        for place in range(data.num_columns)
-    ]
-    _refuse_large(sum(each.total_uncompressed_size + value_bytes * each.num_values for each in chunks), path)
-    texts = sorted({each.path_in_schema for each in chunks if each.physical_type == "BYTE_ARRAY"})
-    return pq.ParquetFile(file, read_dictionary=texts)
+    size = 0
+    texts: set[str] = set()
+    for group in range(data.num_row_groups):
+        for place in range(data.num_columns):
+            chunk = data.row_group(group).column(place)
+            name = chunk.path_in_schema
+            if columns is not None and name.partition(".")[0] not in columns:
+                continue
+            if chunk.physical_type == "BYTE_ARRAY":
+                texts.add(name)
+            try:
+                pages = pages_of(file, chunk, data.created_by or "")
+                size += sum(page.size + value_bytes * page.values for page in pages)
+            except PageError as error:
+                raise StoreError(f"{shown(path)}: {error}; remove that file, or write it again") from error
+            _refuse_large(size, path)
+    return pq.ParquetFile(file, read_dictionary=sorted(texts))
 
 
 def unpacked(packed: pa.Table, schema: pa.Schema, path: str) -> pa.Table:
@@ -218,7 +233,7 @@ def _whole_part(file: Any, path: str, columns: Sequence[str] | None) -> pa.Table
             raise StoreError(f"{about}: column {field.name} is missing or elsewhere; remove that file")
         if found.field(field.name).type != field.type:
             raise StoreError(f"{about}: column {field.name} is of another type; remove that file")
-    table = unpacked(packed_file(file, path, _VALUE_BYTES).read(columns), found, path)
+    table = unpacked(packed_file(file, path, columns, _VALUE_BYTES).read(columns), found, path)
     table.validate(full=True)  # text that is no UTF-8 would be an error wherever it is looked at
     for name, values in _needed(table):
         if values.null_count:
