@@ -441,6 +441,76 @@ OTHERS = (
 """Statements for PostgreSQL, and the fault that each is."""
 
 
+BOOLEAN = "(text, varchar) RETURNS boolean LANGUAGE sql AS 'SELECT true'"
+OF_EXTENSIONS = (
+    (f"CREATE FUNCTION lower{BOOLEAN}", "FUNCTION lower(text, varchar)", "function"),
+    (
+        "CREATE FUNCTION count(text) RETURNS int LANGUAGE sql AS 'SELECT 1'",
+        "FUNCTION count(text)",
+        "function",
+    ),
+    (
+        "CREATE FUNCTION s.f(text, varchar) RETURNS text LANGUAGE sql AS 'SELECT $1'; "
+        "CREATE AGGREGATE max(varchar) (SFUNC = s.f, STYPE = text)",
+        "AGGREGATE max(varchar)",
+        "aggregate",
+    ),
+    (
+        f"CREATE FUNCTION s.f{BOOLEAN}; "
+        "CREATE OPERATOR = (LEFTARG = text, RIGHTARG = varchar, FUNCTION = s.f)",
+        "OPERATOR = (text, varchar)",
+        "operator",
+    ),
+    (
+        "CREATE FUNCTION s.f(oid, regclass) RETURNS boolean LANGUAGE sql AS 'SELECT false'; "
+        "CREATE OPERATOR = (LEFTARG = oid, RIGHTARG = regclass, FUNCTION = s.f)",
+        "OPERATOR = (oid, regclass)",
+        "operator",
+    ),
+    (
+        "CREATE FUNCTION s.f(name, text) RETURNS text LANGUAGE sql AS $$ SELECT '' $$; "
+        "CREATE OPERATOR || (LEFTARG = name, RIGHTARG = text, FUNCTION = s.f)",
+        "OPERATOR || (name, text)",
+        "operator",
+    ),
+    (
+        "CREATE FUNCTION s.f(varchar) RETURNS int LANGUAGE sql AS 'SELECT 1'; "
+        "CREATE CAST (varchar AS int) WITH FUNCTION s.f(varchar) AS IMPLICIT",
+        "CAST (varchar AS int)",
+        "cast",
+    ),
+    ("CREATE VIEW v AS SELECT 1", "VIEW v", "view"),
+    ("CREATE SEQUENCE q", "SEQUENCE q", "sequence"),
+    ("CREATE TABLE more ()", "TABLE more", "table"),
+    ("CREATE TABLE s.heir () INHERITS (parameter)", "TABLE s.heir", "table"),
+    ("CREATE OPERATOR FAMILY f USING btree", "OPERATOR FAMILY f USING btree", "operator family"),
+)
+"""Statements that make objects, their names for an extension to take them, and their kinds."""
+HARMLESS = (
+    ("CREATE FUNCTION digest(text) RETURNS text LANGUAGE sql AS 'SELECT $1'", "FUNCTION digest(text)"),
+    ("CREATE TYPE hue AS ENUM ('red')", "TYPE hue"),
+    (
+        "CREATE FUNCTION s.lower(varchar) RETURNS text LANGUAGE sql AS 'SELECT $1'",
+        "FUNCTION s.lower(varchar)",
+    ),
+    ("CREATE TYPE s.hue AS (x int)", "TYPE s.hue"),
+)
+"""The same of objects that no statement of a registry can take for others."""
+
+
+IN_THE_SERVER_S_OWN = (
+    (
+        "CREATE FUNCTION pg_catalog.lower(varchar) RETURNS text LANGUAGE sql AS 'SELECT NULL::text'",
+        "function",
+    ),
+    (
+        f"CREATE FUNCTION s.f{BOOLEAN}; "
+        "CREATE OPERATOR pg_catalog.= (LEFTARG = text, RIGHTARG = varchar, FUNCTION = s.f)",
+        "operator",
+    ),
+)
+
+
 class _RollBackError(Exception):
     """Ends a transaction that changes nothing."""
 
@@ -457,6 +527,28 @@ def test_what_a_registry_on_a_server_is_not_made_of_is_found(registry):
     with registry.database.writing() as connection:
         connection.execute(text(OTHERS[0][0]))
     assert registry.verify().faults == (OTHERS[0][1],)
+
+
+@pytest.mark.parametrize("address", ["postgresql"], indirect=True)
+def test_an_extension_hides_nothing_in_the_schema_of_a_registry(registry):
+    def faults(*statements):
+        found = []
+        with contextlib.suppress(_RollBackError), registry.database.writing() as connection:
+            for statement in ("CREATE SCHEMA s", *statements):
+                connection.execute(text(statement))
+            found = schema_faults(connection)
+            raise _RollBackError
+        return found
+
+    for statement, name, kind in OF_EXTENSIONS:
+        for statements in ((statement,), (statement, f"ALTER EXTENSION plpgsql ADD {name}")):
+            found = faults(*statements)
+            assert any(each.startswith(f"{kind} '") for each in found), (statements, found)
+    for statement, kind in IN_THE_SERVER_S_OWN:
+        found = faults(statement)
+        assert [each.startswith(f"{kind} 'pg_catalog.") for each in found] == [True], (statement, found)
+    for statement, name in HARMLESS:
+        assert faults(statement, f"ALTER EXTENSION plpgsql ADD {name}") == [], statement
 
 
 @pytest.mark.parametrize("address", ["postgresql"], indirect=True)

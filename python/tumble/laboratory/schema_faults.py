@@ -41,39 +41,59 @@ WHERE relnamespace = current_schema()::regnamespace AND tgname = relname || '_un
 """
 """Tables of PostgreSQL of which a trigger, and the function that it calls, refuse all changes."""
 _OBJECTS_OF_POSTGRES = """
-WITH part AS (
-  SELECT DISTINCT classid, objid FROM pg_depend
-  WHERE refclassid = 'pg_namespace'::regclass AND refobjid = current_schema()::regnamespace
-    OR refclassid = 'pg_class'::regclass
-    AND refobjid IN (SELECT oid FROM pg_class WHERE relnamespace = current_schema()::regnamespace)
+WITH own AS (
+  SELECT oid FROM pg_namespace WHERE nspname = current_schema()
+), part AS (
+  SELECT classid, objid FROM pg_depend
+  WHERE refclassid = 'pg_namespace'::regclass::oid AND refobjid IN (SELECT oid FROM own)
+    OR refclassid = 'pg_class'::regclass::oid
+    AND refobjid IN (SELECT oid FROM pg_class WHERE relnamespace IN (SELECT oid FROM own))
+  -- The server's own schema stands before that of the registry.
+  UNION SELECT 'pg_operator'::regclass::oid, oid FROM pg_operator
+    WHERE oprnamespace = 'pg_catalog'::regnamespace::oid AND oid >= CAST(:first AS oid)
+  UNION SELECT 'pg_proc'::regclass::oid, oid FROM pg_proc
+    WHERE pronamespace = 'pg_catalog'::regnamespace::oid AND oid >= CAST(:first AS oid)
+  UNION SELECT 'pg_cast'::regclass::oid, oid FROM pg_cast
+    WHERE oid >= CAST(:first AS oid) AND castsource < CAST(:first AS oid) AND casttarget < CAST(:first AS oid)
 )
 SELECT found.type, coalesce(found.name, found.identity) FROM part
-  LEFT JOIN pg_class ON part.classid = 'pg_class'::regclass AND pg_class.oid = part.objid
-  LEFT JOIN pg_type ON part.classid = 'pg_type'::regclass AND pg_type.oid = part.objid
+  LEFT JOIN pg_class ON part.classid = 'pg_class'::regclass::oid AND pg_class.oid = part.objid
+  LEFT JOIN pg_type ON part.classid = 'pg_type'::regclass::oid AND pg_type.oid = part.objid
+  LEFT JOIN pg_proc ON part.classid = 'pg_proc'::regclass::oid AND pg_proc.oid = part.objid
   LEFT JOIN pg_class AS row_of ON row_of.oid = pg_type.typrelid
-  LEFT JOIN pg_constraint ON part.classid = 'pg_constraint'::regclass AND pg_constraint.oid = part.objid
-  LEFT JOIN pg_trigger ON part.classid = 'pg_trigger'::regclass AND pg_trigger.oid = part.objid
+  LEFT JOIN pg_constraint ON part.classid = 'pg_constraint'::regclass::oid AND pg_constraint.oid = part.objid
+  LEFT JOIN pg_trigger ON part.classid = 'pg_trigger'::regclass::oid AND pg_trigger.oid = part.objid
   LEFT JOIN pg_class AS triggered ON triggered.oid = tgrelid
-  LEFT JOIN pg_rewrite ON part.classid = 'pg_rewrite'::regclass AND pg_rewrite.oid = part.objid
+  LEFT JOIN pg_rewrite ON part.classid = 'pg_rewrite'::regclass::oid AND pg_rewrite.oid = part.objid
   LEFT JOIN pg_class AS viewed ON viewed.oid = ev_class,
   LATERAL pg_identify_object(part.classid, part.objid, 0) AS found
-WHERE NOT EXISTS (SELECT FROM pg_depend WHERE pg_depend.classid = part.classid
-    AND pg_depend.objid = part.objid AND deptype = 'e')
+-- Of an extension, types and functions change no statement, but functions by the name of one of the server.
+WHERE NOT (
+    (pg_type.oid IS NOT NULL OR pg_proc.oid IS NOT NULL AND NOT EXISTS (
+      SELECT FROM pg_proc AS known WHERE known.proname = pg_proc.proname AND known.oid < CAST(:first AS oid)))
+    AND EXISTS (SELECT FROM pg_depend WHERE pg_depend.classid = part.classid
+      AND pg_depend.objid = part.objid AND deptype = 'e'))
   -- Tables, indices and keys are held against the definition of a registry one by one.
   AND pg_class.relkind IS DISTINCT FROM 'i' AND pg_class.relkind IS DISTINCT FROM 't'
-  AND NOT coalesce(pg_class.relkind = 'r' AND pg_class.relnamespace = current_schema()::regnamespace, false)
+  AND NOT coalesce(pg_class.relkind = 'r' AND pg_class.relnamespace IN (SELECT oid FROM own), false)
   AND row_of.relkind IS DISTINCT FROM 'r'
   AND NOT coalesce(contype IN ('p', 'f', 'n'), false)
-  AND NOT coalesce(tgisinternal OR tgname = triggered.relname || '_unchanged'
-    AND triggered.relname = ANY(CAST(:tables AS text[])), false)
-  AND found.identity <> quote_ident(current_schema()) || '.tumble_refuse_change()'
+  AND NOT coalesce(tgisinternal OR tgname::text = triggered.relname::text || '_unchanged'::text
+    AND triggered.relname::text = ANY(CAST(:tables AS text[])), false)
+  AND NOT coalesce(pg_proc.proname = 'tumble_refuse_change' AND pg_proc.pronargs = CAST(0 AS int2)
+    AND pg_proc.pronamespace IN (SELECT oid FROM own), false)
   -- What others made to read from a registry, or to plan queries, changes nothing of it.
-  AND NOT coalesce(viewed.relkind = 'v' AND viewed.relnamespace <> current_schema()::regnamespace, false)
+  AND NOT coalesce(viewed.relkind = 'v' AND viewed.relnamespace NOT IN (SELECT oid FROM own), false)
   AND found.type NOT IN ('statistics object', 'publication relation', 'default value', 'default acl')
 ORDER BY 1, 2
 """
-"""Objects of PostgreSQL that no registry has, by their kind: whatever depends on the schema or its tables."""
-_OF_LANGUAGE = ("operator", "function")
+"""Objects of PostgreSQL that no registry has, by their kind: whatever depends on the schema or its tables.
+
+Each comparison is between values of one type, so that no operator or function of others fits it better.
+"""
+_FIRST_OF_OTHERS = 16384
+"""Number from which on objects are made by users: FirstNormalObjectId of access/transam.h."""
+_OF_LANGUAGE = ("operator", "function", "aggregate", "procedure", "cast")
 """Objects that change what a query means, among them those that compare the rest."""
 _CHANGES_OF_POSTGRES = """
 SELECT 'table', relname FROM pg_class WHERE relnamespace = current_schema()::regnamespace AND relkind = 'r'
@@ -133,7 +153,8 @@ def _server_faults(connection: Connection) -> Iterator[str]:
 
     from tumble.laboratory.migrations.versions.v1_first import REFUSING
 
-    others = connection.execute(text(_OBJECTS_OF_POSTGRES), {"tables": _OF_CHAIN}).all()
+    given = {"tables": _OF_CHAIN, "first": _FIRST_OF_OTHERS}
+    others = connection.execute(text(_OBJECTS_OF_POSTGRES), given).all()
     for kind, name in others:
         yield f"{plain(kind)} {quoted(name)}: is none of a registry, and can change what is added"
     if any(kind in _OF_LANGUAGE for kind, _ in others):
