@@ -371,3 +371,25 @@ def test_a_ledger_of_other_contents_is_one_line(begun, name):
                     "state",
                     "engine",
                 )
+
+
+def test_files_of_others_beside_results_are_kept(tmp_path):
+    mine = b"notes of the tumble fleet, mine alone"
+    job = tmp_path / "job.yaml"
+    job.write_text(
+        f"procedure: fleet_functions:squared\nseeds: {{count: 2}}\nresults: {tmp_path / 'results'}\n"
+    )
+    (tmp_path / "results").mkdir()
+    kept = tmp_path / "results" / "cancel"
+    kept.write_bytes(mine)
+    assert typed("fleet", "run", job, "--workers", "1", "--quiet").code == 0
+    for name, words in (("cancel", "cancel"), ("status.json", "run"), ("job.json", "run")):
+        path = tmp_path / "results" / name
+        before = path.read_bytes()
+        path.write_bytes(mine)
+        if name == "cancel":
+            write_status(FileStore(str(path.parent)), JobStatus("running", 1, 0, 0, 0, 0, 1.0, 1.0, "local"))
+        done = typed("fleet", words, job, *(("--workers", "1", "--resume") if words == "run" else ()))
+        assert (done.code, path.read_bytes()) == (2, mine)
+        one_line(done.err)
+        path.write_bytes(before)

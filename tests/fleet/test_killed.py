@@ -22,13 +22,14 @@ MOST_OPERATIONS = 80
 @pytest.mark.parametrize("kind", ["", "file://"])
 def test_a_killed_write_leaves_what_was_there(tmp_path, kind):
     store = FileStore(f"{kind}{tmp_path}")
+    before, after = (
+        b'{"written by": "tumble fleet", "state": "%s"}' % state for state in (b"before", b"after")
+    )
     number = 1
     while True:
-        store.write("part", b"before tumble", KIND)
-        was_killed = killed_at(lambda: store.write("part", b"after tumble", KIND), number)
-        assert store.read("part") in (
-            (b"before tumble", b"after tumble") if was_killed else (b"after tumble",)
-        )
+        store.write("part", before, KIND)
+        was_killed = killed_at(lambda: store.write("part", after, KIND), number)
+        assert store.read("part") in ((before, after) if was_killed else (after,))
         if not was_killed:
             break
         number += 1

@@ -21,7 +21,6 @@ from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
 from tumble.foundation.file_reading import read_whole
 from tumble.foundation.file_status import entries, exists, is_file, is_folder, status_of
 from tumble.foundation.files import (
-    BY_TUMBLE,
     FileKind,
     prepare_inner_folder,
     refuse_linked_folder,
@@ -43,7 +42,7 @@ LONGEST_MESSAGE = 1024
 """Letters of a message, and of what stands in each of its places; twice the longest of ours."""
 _MOST_KEPT, _LARGEST_KEPT = 1024, 1 << 14
 """Orders that are kept once they were read, and bytes of the largest; that of a run takes a tenth."""
-KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"), BY_TUMBLE)
+KIND = FileKind("a file of tumble bench", re.compile(rb'\A\{\s*"software": "tumble bench"'))
 MARK = {"software": "tumble bench"}
 """Beginning of the files of a bench, by which they are known as ours."""
 

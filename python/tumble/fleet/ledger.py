@@ -15,7 +15,7 @@ from tumble.foundation.bounded_json import parse_json
 from tumble.foundation.days import moment_of
 from tumble.foundation.documents import made_of
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import BY_TUMBLE, FileKind
+from tumble.foundation.files import FileKind
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.provenance import date_now
 from tumble.foundation.secrets import without_secrets
@@ -23,8 +23,10 @@ from tumble.foundation.secrets import without_secrets
 JOB_FILE = "job.json"
 STATUS_FILE = "status.json"
 CANCEL_FILE = "cancel"
-KIND = FileKind("a file of tumble fleet", re.compile(rb""), BY_TUMBLE)
 _SOFTWARE = "tumble fleet"
+KIND = FileKind(
+    "a file of tumble fleet", re.compile(rb'\A(?:tumble fleet\s*\Z|\{\s*"written by": "tumble fleet")')
+)
 SILENT_AFTER = 60.0
 """s without a word after which a job may have been killed."""
 
@@ -141,13 +143,14 @@ def ask_to_cancel(results: FileStore) -> None:
 
 
 def is_cancelled(results: FileStore) -> bool:
-    """Returns whether that was asked for."""
-    return results.read(CANCEL_FILE) is not None
+    """Returns whether that was asked for; a file of others of that name asks for nothing."""
+    return (results.read(CANCEL_FILE) or b"").strip() == _SOFTWARE.encode()
 
 
 def forget_cancelling(results: FileStore) -> None:
     """Lets the job go on."""
-    results.remove(CANCEL_FILE, KIND)
+    if is_cancelled(results):
+        results.remove(CANCEL_FILE, KIND)
 
 
 def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:

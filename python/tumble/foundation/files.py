@@ -42,8 +42,8 @@ _HEAD_BYTES = 16_384
 """Number of bytes read from a file to detect its kind."""
 _TAIL_BYTES = 1 << 17
 """Number of bytes at the end of a file that may hold its mark: metadata of Parquet and PDF are there."""
-BY_TUMBLE = re.compile(rb"tumble", re.IGNORECASE)
-"""Mark of text whose head names Tumble in a comment."""
+BY_TUMBLE = re.compile(rb"\bby [Tt]umble\b")
+"""Mark of text whose head states in a comment that Tumble wrote it; to name Tumble is no mark."""
 HEAD_OF_OURS = "# Written by Tumble"
 """Comment that marks a table."""
 NO_MARK = re.compile(rb"(?!)")

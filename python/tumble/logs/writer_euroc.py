@@ -22,7 +22,9 @@ _NAMES = (
 )
 _TABLE = FileKind("data.csv of a EuRoC folder", re.compile(rb"\A#timestamp \[ns\],w_RS_S_x"), NO_MARK)
 _SENSOR = FileKind(
-    "sensor.yaml of a EuRoC folder", re.compile(rb"sensor_type: *imu"), re.compile(rb"tumble export")
+    "sensor.yaml of a EuRoC folder",
+    re.compile(rb"sensor_type: *imu"),
+    re.compile(rb"take it from tumble export"),
 )
 _SENSOR_TEXT = """\
 # Noise is not known of a log: take it from tumble export CALIBRATION --format kalibr-noise.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import file_stem
-from tumble.foundation.files import BY_TUMBLE, FileKind, replacing
+from tumble.foundation.files import FileKind, replacing
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.model import Certificate
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tumble.laboratory.certificate.signing_key import SigningKey
     from tumble.laboratory.registry import Registry
 
-PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"), BY_TUMBLE)
+PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"), re.compile(rb"<pdf:Keywords>Tumble</pdf:Keywords>"))
 XML_KIND = FileKind(
     "a Digital Calibration Certificate",
     re.compile(rb"digitalCalibrationCertificate"),

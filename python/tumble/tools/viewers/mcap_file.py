@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from tumble.foundation.errors import OutputError
-from tumble.foundation.files import BY_TUMBLE, FileKind, write_text
+from tumble.foundation.files import FileKind, write_text
 from tumble.foundation.recording import Chunk, FloatArray, SampleProgress
 from tumble.foundation.units import TRIADS
 from tumble.logs import Facts, open_mcap_writer
@@ -27,7 +27,9 @@ from tumble.tools.viewers import ros_messages
 from tumble.tools.viewers.content import GOOD_VERDICTS, ShownParameter, ShownUnit, ViewerContent, topic_names
 from tumble.tools.viewers.foxglove_layout import lane_topic, layout_of
 
-LAYOUT: Final = FileKind("a layout of Foxglove", re.compile(rb'\A\{\s*"configById"'), BY_TUMBLE)
+LAYOUT: Final = FileKind(
+    "a layout of Foxglove", re.compile(rb'\A\{\s*"configById"'), re.compile(rb'"StateTransitions!tumble"')
+)
 EVENTS: Final = "/events"
 CALIBRATION: Final = "/calibration"
 TRANSFORMS: Final = "/tf"
