@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
 
 from tumble.foundation.file_names import file_stem
-from tumble.foundation.files import FileKind, replacing
+from tumble.foundation.files import FileKind, check_output, replacing
 from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.logo import Logo
 from tumble.laboratory.certificate.model import Certificate
@@ -20,13 +21,6 @@ from tumble.laboratory.certificate.record import Rendered, holding, issue
 if TYPE_CHECKING:
     from tumble.laboratory.certificate.signing_key import SigningKey
     from tumble.laboratory.registry import Registry
-
-PDF_KIND = FileKind("a PDF", re.compile(rb"\A%PDF-"), re.compile(rb"<pdf:Keywords>Tumble</pdf:Keywords>"))
-XML_KIND = FileKind(
-    "a Digital Calibration Certificate",
-    re.compile(rb"digitalCalibrationCertificate"),
-    re.compile(rb"<dcc:content>tumble<"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,10 +88,38 @@ def numbered(certificate: Certificate, number: str) -> Certificate:
 
 
 def write(found: Rendered, folder: Path) -> tuple[Path, Path]:
-    """Write PDF and XML of a certificate into a folder, by its number; raises `OutputError`."""
+    """Write PDF and XML of a certificate into a folder, by its number.
+
+    Raises `OutputError`, also where the files there are of another number: two may have one name of a file.
+    """
     stem = file_stem(found.number)
-    paths = folder / f"{stem}.pdf", folder / f"{stem}.xml"
-    for path, kind, content in zip(paths, (PDF_KIND, XML_KIND), (found.pdf, found.xml), strict=True):
+    pdf, xml = folder / f"{stem}.pdf", folder / f"{stem}.xml"
+    files = ((pdf, _pdf_of(found.number), found.pdf), (xml, _xml_of(found.number), found.xml))
+    for path, kind, _ in reversed(files):  # the XML is known by its number with any layout
+        check_output(path, kind)
+    for path, kind, content in files:
         with replacing(path, kind) as file:
             file.write(content)
-    return paths
+    return pdf, xml
+
+
+def _xml_of(number: str) -> FileKind:
+    stated = f"<dcc:uniqueIdentifier>{escape(number)}</dcc:uniqueIdentifier>"
+    return FileKind(
+        f"the Digital Calibration Certificate {number}",
+        re.compile(
+            rb"\A<\?xml [^>]*>\s*<dcc:digitalCalibrationCertificate .*" + re.escape(stated.encode()),
+            re.DOTALL,
+        ),
+        re.compile(rb"<dcc:content>tumble<"),
+    )
+
+
+def _pdf_of(number: str) -> FileKind:
+    """Kind of a PDF whose keywords state that number, or none, as layouts of before do."""
+    stated = re.escape(escape(number, {"'": "&apos;", '"': "&quot;"}).encode())
+    return FileKind(
+        f"the PDF of certificate {number}",
+        re.compile(rb"\A%PDF-"),
+        re.compile(rb"<pdf:Keywords>Tumble(?:, " + stated + rb")?</pdf:Keywords>"),
+    )
