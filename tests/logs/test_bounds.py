@@ -244,6 +244,42 @@ def test_texts_of_parquet_take_memory_within_a_budget(tmp_path, is_dictionary):
     assert pool.max_memory() < MOST
 
 
+def test_pages_of_parquet_take_memory_within_a_budget(tmp_path):
+    path = tmp_path / "a.parquet"
+    count = 4 << 20
+    column = pa.array(np.zeros(count))
+    table = pa.table(dict.fromkeys(("time", *CHANNELS), column))
+    options = {"use_dictionary": False, "write_statistics": False, "row_group_size": count}
+    for one_page in ({"data_page_size": 1 << 30, "max_rows_per_page": count, "write_batch_size": count}, {}):
+        pq.write_table(table, path, compression="zstd", **options, **one_page)
+        assert path.stat().st_size < 1 << 18
+        with measured_pool() as pool:
+            if one_page:
+                assert "pages unpack to more than 128 MiB; write smaller ones" in refused_when_read(path)
+            else:
+                read_or_refuse(path)
+        assert pool.max_memory() < MOST
+
+
+def test_texts_stated_by_their_difference_to_the_last_are_refused(tmp_path):
+    path = tmp_path / "a.parquet"
+    texts = ["1" * (1 << 20) + str(number) for number in range(100)]
+    columns = [pa.array(np.zeros(100))] * (len(CHANNELS) - 1)
+    table = pa.table([pa.array(texts), *columns], list(CHANNELS))
+    coded = {"use_dictionary": False, "column_encoding": {CHANNELS[0]: "DELTA_BYTE_ARRAY"}}
+    pq.write_table(table, path, compression="zstd", **coded)
+    assert path.stat().st_size < 1 << 18
+    assert "write it without DELTA_BYTE_ARRAY" in refused_when_read(path)
+
+
+def refused_when_read(path):
+    """The line in which the samples of a log are refused."""
+    with pytest.raises(LogError) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
 def test_what_is_packed_in_bags_unpacks_within_a_budget(tmp_path):
     zstd = storage_mcap.zstd
     for size in (1 << 20, 1 << 30):

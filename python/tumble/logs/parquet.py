@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.parquet_pages import PageError, pages_of
 from tumble.foundation.regular_files import open_regular
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
-from tumble.logs.budget import memory_budget
+from tumble.logs.budget import memory_budget, unpacked_budget
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, with_written_units
 
@@ -89,13 +90,30 @@ def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
 
 
 def _texts(path: Path, stated: pq.FileMetaData, names: Sequence[str]) -> list[str]:
-    """Returns which columns hold text, and are not packed beyond the budget; raises `LogError` otherwise."""
+    """Returns which columns hold text.
+
+    Raises `LogError` where the texts, or the pages that are held at a time, are packed beyond the budget.
+    """
     texts: set[str] = set()
-    most = memory_budget(path.stat().st_size)
-    for group in range(stated.num_row_groups):
-        columns = [stated.row_group(group).column(each) for each in range(stated.num_columns)]
-        found = [each for each in columns if each.path_in_schema in names and each.physical_type == _TEXT]
-        if sum(each.total_uncompressed_size for each in found) > most:
-            raise LogError(f"{path}: columns of text unpack to more than {most >> 20} MiB; write numbers")
-        texts.update(each.path_in_schema for each in found)
+    most, most_paged = memory_budget(path.stat().st_size), unpacked_budget(path.stat().st_size)
+    with open_regular(path) as file:
+        for group in range(stated.num_row_groups):
+            of_texts = at_a_time = 0
+            for chunk in map(stated.row_group(group).column, range(stated.num_columns)):
+                if chunk.path_in_schema not in names:
+                    continue
+                try:
+                    sizes = [page.size for page in pages_of(file, chunk, stated.created_by or "")]
+                except PageError as error:
+                    raise LogError(f"{path}: column {chunk.path_in_schema} {error}") from error
+                at_a_time += max(sizes, default=0)
+                if chunk.physical_type == _TEXT:
+                    texts.add(chunk.path_in_schema)
+                    of_texts += sum(sizes)
+            if of_texts > most:
+                raise LogError(f"{path}: columns of text unpack to more than {most >> 20} MiB; write numbers")
+            if at_a_time > most_paged:
+                raise LogError(
+                    f"{path}: pages unpack to more than {most_paged >> 20} MiB; write smaller ones"
+                )
     return sorted(texts)
