@@ -1122,13 +1122,15 @@ def faults_of_flights(results: Mapping[str, Content]) -> Iterator[str]:
     yield "| recorded flights, present monitor | faults | named | wrong exclusion | false exclusions |"
     yield "|---|---|---|---|---|"
     halves = results["flight_recorded"]["figures"].values()
-    for name in (f"today{stored}, N = {units}" for units in (3, 4) for stored in ("", ", stored")):
+    shown = (f"today{stored}, N = {units}" for units in (3, 4) for stored in ("", ", stored"))
+    for name in ("today, aided, N = 2", "today, stored, aided, N = 2", *shown):
         faults = [half[name]["all"] for half in halves]
         right, wrong, runs = (sum(each[of] for each in faults) for of in ("right", "wrong", "runs"))
         health = [half[name]["health"] for half in halves]
         excluded, sets = (sum(each[of] for each in health) for of in ("false exclusions", "sets"))
         shares = (f"{count}: {100.0 * count / runs:.1f} %" for count in (right, wrong))
         title = name.removeprefix("today, ").replace("stored,", "calibrations stored,")
+        title = title.replace("aided", "beside a receiver's velocity")
         yield _row([title, str(runs), *shares, f"{excluded} in {sets} sets"])
 
 

@@ -16,6 +16,10 @@ from tumble.foundation.recording import FloatArray
 FORCE = ("ax", "ay", "az")
 RATE = ("gx", "gy", "gz")
 PLACE = ("north", "east", "down")
+EVERY = 2
+"""Positions, of which there are ten a second, from one velocity to the next."""
+SIGMA = (0.1, 0.1, 0.2)
+"""m/s of a velocity: heights are in steps of 0.1 m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,13 @@ class RecordedFlight:
     """(m,) s by the clock of the first unit."""
     position: FloatArray
     """(m, 3) m."""
+
+    @property
+    def velocity(self) -> tuple[FloatArray, FloatArray]:
+        """Times (k,) s, five a second, and velocities then (k, 3) m/s, level axes, z up, as of a receiver."""
+        time, level = self.position_time[2::EVERY], self.position * [1.0, -1.0, -1.0]
+        central = (level[2:] - level[:-2]) / (self.position_time[2:] - self.position_time[:-2])[:, None]
+        return time[: len(central[1::EVERY])], central[1::EVERY]
 
     @property
     def duration(self) -> float:

@@ -26,7 +26,7 @@ from benchmarks.flights import folder as flight_folder
 from benchmarks.flights import px4_voter
 from benchmarks.flights.classes import CLASSES, SHARES
 from benchmarks.flights.folder import RecordedFlight
-from benchmarks.flights.model.aiding import MEASURED, SPAN, of_positions
+from benchmarks.flights.model.aiding import of_positions
 from benchmarks.flights.model.core import flown_by_core
 from benchmarks.flights.model.error import Errors
 from benchmarks.flights.model.monitor import flown
@@ -46,9 +46,9 @@ LONG = 60.0
 """s beyond which a flight does not teach what is stored."""
 MONITORS = (
     *("PX4", "PX4, stored", "today", "today, stored", "model", "model, stored", "core", "core, stored"),
-    *("today, stored, aided", "model, aided", "model, stored, aided"),
+    *("today, aided", "today, stored, aided", "model, aided", "model, stored, aided"),
 )
-"""The core takes the steps of the model. The last three are for two units, beside a receiver's velocity."""
+"""The core takes the steps of the model. The last four are for two units, beside a receiver's velocity."""
 OUTCOMES = ("right", "wrong", "none")
 TIMED = ("gyroscope step 0.2 rad/s", "accelerometer step 0.3 m/s^2", "accelerometer step 1 m/s^2")
 """Classes of which the page shows the time to the name."""
@@ -136,8 +136,10 @@ def _flown(
     }
     if len(samples[0]) == 2 and len(flight.position_time):
         velocities = of_positions(flight.position_time, flight.position)
-        aided = in_order([Aiding.velocity(velocities.end - 0.5 * SPAN, velocities.value, MEASURED)], ())
+        time, value = flight.velocity
+        aided = in_order([Aiding.velocity(time, value, flight_folder.SIGMA)], ())
         plain |= {
+            "today, aided": lambda: [today(each, None, aided) for each in samples],
             "today, stored, aided": lambda: [
                 today(each, of, aided) for each, of in zip(samples, stored, strict=True)
             ],

@@ -119,15 +119,29 @@ def test_no_value_of_a_manifest_is_another_option(tmp_path, monkeypatch, procedu
     monkeypatch.chdir(tmp_path)
     (tmp_path / "--mcap=a.csv").write_text("")
     job = FleetJob(procedure=procedure, inputs="units.parquet", results="r", arguments="{input}")
-    hostile = ["--mcap=x", "-ox", True, "x y", -40, 0.5, None, {"--mcap": "x"}, [True, "--mcap=x"], ["a", "-o"]]
+    hostile = [
+        "--mcap=x",
+        "-ox",
+        True,
+        "x y",
+        -40,
+        0.5,
+        None,
+        {"--mcap": "x"},
+        [True, "--mcap=x"],
+        ["a", "-o"],
+    ]
     for name in sorted(options_of_inputs(procedure)):
         for value in hostile:
             table = {"place": ["--mcap=a.csv"], "options": [json.dumps({name: value})]}
             pq.write_table(pa.table(table), "units.parquet")
+            refusal, given = "", FleetInput("")
             try:
                 (given,) = InputList(job)
             except InputsError as error:
-                assert f"option {name!r} takes" in str(error)
+                refusal = str(error)
+            if refusal:
+                assert f"option {name!r} takes" in refusal
                 continue
             words = [*job.words(given.place), *option_words(given.options)]
             assert words[:2] == [procedure, "./--mcap=a.csv"]

@@ -1,4 +1,4 @@
-"""A line to a server that is cut while a program uses it, and refused for a while: a cable, a server that restarts."""
+"""A line to a server that is cut while in use, and refused for a while: a cable, a server that restarts."""
 
 from __future__ import annotations
 

@@ -41,9 +41,9 @@
  * TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK, TUMBLE_WITHOUT_RECORDS,
  * TUMBLE_WITHOUT_TEMPERATURE, TUMBLE_WITHOUT_MAGNETOMETER. Their calls are declared all the same; they do not link. */
 
-/* Words in the storage of a monitor for the model of three units and more, where the library was built with it
+/* Words in the storage of a monitor for the model of a set, where the library was built with it
  * (TUMBLE_WITH_MAJORITY), for a calibration under way, and for aiding measurements. */
-#if defined(TUMBLE_WITH_MAJORITY) && TUMBLE_UNITS > 2
+#ifdef TUMBLE_WITH_MAJORITY
 #define TUMBLE_MAJORITY_WORDS (60 + 254 * TUMBLE_UNITS + 121 * TUMBLE_UNITS * TUMBLE_UNITS / 2)
 #else
 #define TUMBLE_MAJORITY_WORDS 0
@@ -56,7 +56,7 @@
 #ifdef TUMBLE_WITHOUT_AIDING
 #define TUMBLE_AIDING_WORDS 0
 #else
-#define TUMBLE_AIDING_WORDS (58 + 17 * TUMBLE_UNITS)
+#define TUMBLE_AIDING_WORDS (8 + 110 * TUMBLE_UNITS)
 #endif
 
 #if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8

@@ -24,7 +24,6 @@ _PLACE = re.compile(r"\b(FILE|DIR|URL|TO|SOURCE|DRIVER|ADDRESS)\b")
 """Words by which help names the value of an option that is a place."""
 
 
-
 @cache
 def options_of_inputs(procedure: str) -> Mapping[str, bool]:
     """Returns the options of a procedure that a manifest may state, by their whole names without `--`.
@@ -44,7 +43,7 @@ def unfit_value(value: object, *, is_flag: bool) -> str:
 
 
 def _harmless(parameters: list[Any]) -> Iterator[tuple[str, bool]]:
-    """Yields the options that neither write to a place nor work on live sources, and whether they are flags."""
+    """Yields the options that neither write to a place nor work on live sources, and if they are flags."""
     for each in parameters:
         names = {name[2:] for name in (*each.opts, *each.secondary_opts) if name.startswith("--")}
         is_place = _PLACE.search(each.metavar or "") is not None

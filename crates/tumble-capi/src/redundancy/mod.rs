@@ -65,8 +65,8 @@ pub const TUMBLE_REDUNDANCY_WORDS: usize = 102
     + TUMBLE_CALIBRATION_WORDS
     + TUMBLE_AIDING_WORDS;
 
-/// Words for the model by which three units and more judge one another; `cbindgen.toml` has them for C.
-pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY == 1 && UNITS > 2 {
+/// Words for the model by which units judge one another, two beside aiding measurements; `cbindgen.toml` has them for C.
+pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY == 1 {
     60 + 254 * UNITS + 121 * UNITS * UNITS / 2
 } else {
     0
@@ -77,7 +77,7 @@ pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 3
 
 /// Words for aiding measurements; `cbindgen.toml` has them for C.
 pub const TUMBLE_AIDING_WORDS: usize = if cfg!(feature = "aiding") {
-    58 + 17 * UNITS
+    8 + 110 * UNITS
 } else {
     0
 };

@@ -122,10 +122,10 @@ impl<T: Real> StoredCalibration<T> {
         (self.aged, self.trim_variance) = (true, aged * aged);
     }
 
-    /// Adds the drift by bias instability and warming over a time, s (docs/theory/isolation.md, eq. 26).
+    /// Adds the drift by bias instability and warming over a time, s (docs/theory/isolation.md, eq. 19).
     pub fn drift(&mut self, sensor: Sensor, passed: T) {
         let drift = tabulated::<T>(*sensor.of(&DRIFT));
-        self.trim_variance += drift * drift * passed; // isolation.md, eq. 26
+        self.trim_variance += drift * drift * passed; // isolation.md, eq. 19
     }
 
     /// Updates the trim with the difference from a valid primary at a rest, in the axes of the primary; returns
@@ -133,7 +133,7 @@ impl<T: Real> StoredCalibration<T> {
     pub fn trim(&mut self, sensor: Sensor, apart: &Vector3<T>) -> Vector3<T> {
         let by_attitude = tabulated::<T>(*sensor.of(&BY_ATTITUDE));
         let noise = by_attitude * by_attitude;
-        let gain = self.trim_variance / (self.trim_variance + noise); // isolation.md, eq. 27
+        let gain = self.trim_variance / (self.trim_variance + noise); // isolation.md, eq. 20
         let before = self.trimmed;
         let trimmed = sum(&before, &scaled(apart, gain));
         let (size, most) = (trimmed.length(), tabulated::<T>(*sensor.of(&SLOW_OFFSET)));

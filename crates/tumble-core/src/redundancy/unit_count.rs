@@ -56,4 +56,4 @@ macro_rules! unit_counts {
 /// Entries of sets of three units and more: 0 where the model of a majority is left out.
 pub const MAJORITY: usize = cfg!(feature = "majority") as usize;
 
-unit_counts!(2, 1, 1, 0; 3, 2, 3, MAJORITY; 4, 3, 6, MAJORITY; 5, 4, 10, MAJORITY; 6, 5, 15, MAJORITY; 7, 6, 21, MAJORITY; 8, 7, 28, MAJORITY;);
+unit_counts!(2, 1, 1, MAJORITY; 3, 2, 3, MAJORITY; 4, 3, 6, MAJORITY; 5, 4, 10, MAJORITY; 6, 5, 15, MAJORITY; 7, 6, 21, MAJORITY; 8, 7, 28, MAJORITY;);

@@ -106,7 +106,10 @@ impl<'a> UnitSamples<'a> {
         let (first, last) = self.span();
         #[allow(clippy::cast_precision_loss)]
         let most = self.time.len().max(FEWEST) as f64 * length;
-        let steps = self.time.windows(2).map(|pair| (pair[0] - first, pair[1] - pair[0]));
+        let steps = self
+            .time
+            .windows(2)
+            .map(|pair| (pair[0] - first, pair[1] - pair[0]));
         let longest = steps.max_by(|one, other| one.1.total_cmp(&other.1));
         longest.filter(|_| last - first > most)
     }

@@ -37,7 +37,7 @@ _SPACES = {"dcc": DCC, "si": SI}
 _BLANKS = " \t\r\n"
 """White space of XML."""
 _MOST_ATTRIBUTES, _MOST_NAMESPACES = 32, 256
-"""Attributes of an element, and declarations of namespaces: four and ten times as many as certificates have."""
+"""Attributes of an element, and declarations of namespaces: ten times as many as certificates have."""
 _REMEDY = "give the XML of a certificate that Tumble wrote"
 
 
@@ -74,7 +74,7 @@ def parse_xml(content: bytes, about: str) -> XmlElement:
 
 
 def _refuse_crowded(content: bytes, about: str) -> None:
-    """Refuse elements of many attributes, and many namespaces: canonical XML takes the square of their number."""
+    """Refuse crowds of attributes and namespaces: canonical XML takes the square of their number."""
     namespaces = 0
 
     def begin(_name: str, attributes: dict[str, str]) -> None:
@@ -92,7 +92,7 @@ def _refuse_crowded(content: bytes, about: str) -> None:
     reader = expat.ParserCreate()
     reader.StartElementHandler = begin
     reader.StartDoctypeDeclHandler = declare
-    # What is no XML is refused with the reason of the parser that reads it.
+    # A file that is no XML is refused with the reason of the parser that reads it.
     with suppress(expat.ExpatError):
         reader.Parse(content, True)
 

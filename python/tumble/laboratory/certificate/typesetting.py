@@ -38,7 +38,7 @@ def set_pdf(path: Path, inputs: dict[str, str], moment: datetime) -> bytes:
         )
     except typst.TypstError as error:
         raise TypesettingError(" ".join(str(getattr(error, "message", error)).split())) from error
-    except RuntimeError as error:  # of typst too: the template is no file
+    except (RuntimeError, OSError) as error:  # of typst too: the template is no file, or in no folder
         raise TumbleError(f"{path}: cannot be read: {error}; check the path") from error
     assert isinstance(found, bytes)
     return found

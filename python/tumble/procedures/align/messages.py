@@ -40,8 +40,8 @@ MESSAGES: dict[str, Callable[[Figures, str, float], str]] = {
         "larger --search"
     ),
     "leaps": lambda figures, primary, _: (
-        f"the time of {primary} leaps by {figures['by']:.6g} s, {figures['after']:.6g} s after its first sample, and "
-        "most of its span holds no samples; cut its log there"
+        f"the time of {primary} leaps by {figures['by']:.6g} s, {figures['after']:.6g} s after its first "
+        "sample, and most of its span holds no samples; cut its log there"
     ),
     "no motion": lambda figures, primary, _: (
         f"never turned together with {primary}: root mean square rate {figures['found']:.2g} rad/s, at "

@@ -1,4 +1,4 @@
-"""Stop of a table whose program died, or ended without an answer to it: a process beside the program sends it.
+"""Stop of a table whose program died, or ended without an answer to it: a process beside it sends it.
 
 The process has all that it needs before the table moves: it was given the address and the texts of the files
 that the address names, has imported what stops the table, and waits for the end of a pipe that the program
@@ -21,9 +21,9 @@ from tumble.tools.table.rate_table import RateTable
 from tumble.tools.table.registry import open_table
 
 TRIES, BETWEEN = 40, 0.25
-"""Times that the stop is tried, and s between two: a table may serve one program at a time, or be starting anew."""
+"""Times that the stop is tried, and s between two: a table may serve one program at a time, or start anew."""
 OVER, WANTED = b"over", b"wanted"
-"""Given to the process where the table needs no stop any more, and where the program ends without an answer to it."""
+"""Given to the process where the table needs no stop any more, and where a stop had no answer."""
 READY = b"ready\n"
 """Given by the process once it needs nothing more."""
 _PROGRAM = """
@@ -41,7 +41,7 @@ class Survivor:
         self._address = address
         self._process = process
         self.is_answered = True
-        """Indicates whether the latest stop was answered; where it was not, the process goes on with it at the end."""
+        """Indicates whether the latest stop was answered; else the process goes on with it at the end."""
 
     def wait_until_ready(self) -> None:
         """Waits until the process can stop the table; raises `TableError` where it never can."""
@@ -57,10 +57,10 @@ class Survivor:
 
 @contextmanager
 def survivor(address: str, documents: Mapping[str, str]) -> Iterator[Survivor]:
-    """Has the table at an address stopped should this program die while the block runs, or end without an answer.
+    """Has the table at an address stopped should this program die while the block runs, or have no answer.
 
-    The line of this program is closed by then, as a table may serve one at a time. `documents` are those of the
-    table. Raises `TableError` where no process can be started.
+    The line of this program is closed by then, as a table may serve one at a time. `documents` are those of
+    the table. Raises `TableError` where no process can be started.
     """
     try:
         beside = subprocess.Popen(

@@ -1,16 +1,19 @@
-//! Errors of attitude and velocity, and their covariance.
+//! Errors of attitude, velocity and biases of one unit, and their covariance.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
 
 /// Number of estimated errors.
-const ERRORS: usize = 10;
+const ERRORS: usize = 13;
+
+/// Those that others move, attitude and velocity, which come first.
+const MOVED: usize = 6;
 
 /// Elements of the upper triangle of their covariance.
 const KEPT: usize = ERRORS * (ERRORS + 1) / 2;
 
-/// Errors of the state of the set, or derivatives of a measurement by each of them.
+/// Errors of the state of a unit, or derivatives of a measurement by each of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Errors<T: Real> {
     /// Attitude error, a rotation vector in the level frame, rad.
@@ -19,8 +22,10 @@ pub(super) struct Errors<T: Real> {
     pub velocity: Vector3<T>,
     /// Error of the angular rate, axes of the primary, rad/s.
     pub rate: Vector3<T>,
-    /// Error of the specific force along the vertical, m/s^2, which includes that of the nominal gravity.
-    pub vertical: T,
+    /// Error of the specific force, axes of the primary, m/s^2.
+    pub force: Vector3<T>,
+    /// Delay of the aiding measurement, s.
+    pub delay: T,
 }
 
 impl<T: Real> Errors<T> {
@@ -29,7 +34,8 @@ impl<T: Real> Errors<T> {
             attitude: Vector3::zeros(),
             velocity: Vector3::zeros(),
             rate: Vector3::zeros(),
-            vertical: T::zero(),
+            force: Vector3::zeros(),
+            delay: T::zero(),
         }
     }
 
@@ -39,7 +45,8 @@ impl<T: Real> Errors<T> {
             attitude: self.attitude + other.attitude * times,
             velocity: self.velocity + other.velocity * times,
             rate: self.rate + other.rate * times,
-            vertical: self.vertical + other.vertical * times,
+            force: self.force + other.force * times,
+            delay: self.delay + other.delay * times,
         }
     }
 
@@ -47,41 +54,44 @@ impl<T: Real> Errors<T> {
         self.attitude.dot(&other.attitude)
             + self.velocity.dot(&other.velocity)
             + self.rate.dot(&other.rate)
-            + self.vertical * other.vertical
+            + self.force.dot(&other.force)
+            + self.delay * other.delay
     }
 
     fn of(all: &[T; ERRORS]) -> Self {
-        let [ax, ay, az, vx, vy, vz, wx, wy, wz, vertical] = *all;
+        let [ax, ay, az, vx, vy, vz, wx, wy, wz, fx, fy, fz, delay] = *all;
         Self {
             attitude: Vector3::new(ax, ay, az),
             velocity: Vector3::new(vx, vy, vz),
             rate: Vector3::new(wx, wy, wz),
-            vertical,
+            force: Vector3::new(fx, fy, fz),
+            delay,
         }
     }
 
     fn all(&self) -> [T; ERRORS] {
-        let (a, v, w) = (&self.attitude, &self.velocity, &self.rate);
-        [a.x, a.y, a.z, v.x, v.y, v.z, w.x, w.y, w.z, self.vertical]
+        let (a, v, w, f) = (&self.attitude, &self.velocity, &self.rate, &self.force);
+        [
+            a.x, a.y, a.z, v.x, v.y, v.z, w.x, w.y, w.z, f.x, f.y, f.z, self.delay,
+        ]
     }
 }
 
-/// Transition of errors over a window (docs/theory/isolation.md, eq. 17).
+/// Transition of errors over a window (docs/theory/set.md, eq. 29).
 pub(super) struct Moves<T: Real> {
     pub velocity_by_attitude: Matrix3<T>,
-    pub attitude_by_rate: Matrix3<T>,
-    pub velocity_by_vertical: T,
+    /// Attitude by the angular rate, and velocity by the specific force.
+    pub by_reading: Matrix3<T>,
 }
 
 impl<T: Real> Moves<T> {
     /// Propagates errors over the window.
     pub fn carry(&self, errors: &Errors<T>) -> Errors<T> {
-        let turned = self.attitude_by_rate * errors.rate;
-        let mut moved = self.velocity_by_attitude * (errors.attitude + turned * real::<T>(0.5));
-        moved.z += self.velocity_by_vertical * errors.vertical;
+        let turned = self.by_reading * errors.rate;
+        let tilted = self.velocity_by_attitude * (errors.attitude + turned * real::<T>(0.5));
         Errors {
             attitude: errors.attitude + turned,
-            velocity: errors.velocity + moved,
+            velocity: errors.velocity + tilted + self.by_reading * errors.force,
             ..*errors
         }
     }
@@ -100,21 +110,26 @@ impl<T: Real> Covariance<T> {
     }
 
     /// Propagates the covariance and adds variances of noise.
+    #[inline(never)]
     pub fn spread(&mut self, moves: &Moves<T>, noise: &Errors<T>) {
-        let mut moved = [[T::zero(); ERRORS]; ERRORS];
-        for (line, row) in moved.iter_mut().enumerate() {
-            *row = moves.carry(&self.row(line)).all();
+        let mut moved = [[T::zero(); MOVED]; ERRORS];
+        for (line, columns) in moved.iter_mut().enumerate() {
+            let row = moves.carry(&self.row(line)).all();
+            columns.iter_mut().zip(row).for_each(|(to, from)| *to = from);
         }
         let mut row = [T::zero(); ERRORS];
         self.for_each(|line, column, element| {
+            if line >= MOVED {
+                return;
+            }
             if column == line {
                 // The matrix is symmetric, so the function for rows moves columns too.
-                let of_line = |each: &[T; ERRORS]| each.get(line).copied().unwrap_or(T::zero());
+                let of_line = |each: &[T; MOVED]| each.get(line).copied().unwrap_or(T::zero());
                 row = moves.carry(&Errors::of(&moved.each_ref().map(of_line))).all();
             }
             *element = row.get(column).copied().unwrap_or(T::zero());
         });
-        self.widen(noise); // isolation.md, eq. 17
+        self.widen(noise); // set.md, eq. 29
     }
 
     /// Covariance of the errors with a measurement whose derivatives are `row`.
@@ -144,11 +159,6 @@ impl<T: Real> Covariance<T> {
                 *element += *variance;
             }
         });
-    }
-
-    /// Variances of the errors.
-    pub fn variances(&self) -> Errors<T> {
-        Errors::of(&core::array::from_fn(|line| self.at(line, line)))
     }
 
     /// Replaces all marked errors: they get these variances and no correlation with the others.

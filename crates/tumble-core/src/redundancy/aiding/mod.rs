@@ -1,14 +1,15 @@
 //! Aiding measurements: measurements of the motion of the set by other equipment on board.
 //!
 //! Two units that disagree may leave open which one is faulty. A satellite receiver, wheels, a barometer or the
-//! innovations of an estimator are independent of both and decide (docs/theory/isolation.md, section 12).
+//! innovations of an estimator are independent of both and decide (docs/theory/set.md, section 9).
 
+mod course;
 mod errors;
 mod evidence;
 mod navigation;
 mod track;
 
-pub(crate) use evidence::{AidingEvidence, AidingWindow, Trust};
+pub(crate) use evidence::{AidedReading, AidingEvidence, AidingWindow, Trust};
 
 use nalgebra::Vector3;
 

@@ -1,41 +1,37 @@
-//! Attitude and velocity of the set between aiding measurements, and their change by each unit alone.
+//! Attitude and velocity of one unit between aiding measurements: the hypothesis that this unit is right.
 //!
-//! One error-state filter runs on the median readings of the set. A sensor in place of the median changes the
-//! state linearly in its deviation, so each sensor needs ten numbers, and all share one covariance.
+//! An error-state filter runs on the readings of the unit alone (docs/theory/set.md, section 9).
 
-use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::products::Length;
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::aiding::course::{CourseSearch, turned_back};
 use crate::redundancy::aiding::errors::{Covariance, Errors, Moves};
 use crate::redundancy::aiding::track::Track;
-use crate::redundancy::sensor::{SENSORS, Sensor};
-use crate::redundancy::settings::ForceAndRate;
 use crate::rotation::{rotation_by_series as rotation_of, rotation_onto};
 
-/// Noise densities of the angular rate, rad/s/sqrt(Hz), and of the specific force of the set, m/s^2/sqrt(Hz):
-/// at rest, and as shares of the angular rate and of the acceleration (docs/theory/isolation.md, table 2).
-const RATE_NOISE: [f32; 2] = [2e-4, 5e-4];
-const FORCE_NOISE: [f32; 2] = [0.01, 0.005];
+/// Least noise densities of specific force and angular rate, m/s^2/sqrt(Hz) and rad/s/sqrt(Hz), and the share of that of samples, were
+/// these white, which windows leave of vibration (docs/theory/set.md, table 1).
+const LEAST_NOISE: [f32; 2] = [0.01, 2e-4];
+const LEFT_OF_VIBRATION: f32 = 0.3;
 
-/// Random walk of the errors of angular rate and vertical specific force, rad/s and m/s^2 per square root of a
-/// second.
+/// Random walk of the errors of angular rate and specific force, rad/s and m/s^2 per square root of a second.
 const RATE_WANDERS: f32 = 5e-5;
 const FORCE_WANDERS: f32 = 5e-4;
 
-/// Initial sigma of the attitude, rad, and of the rate error after a rest, rad/s.
-const LEVELLED: f64 = 0.3;
-const RATE_AT_REST: f64 = 5e-4;
+/// Initial sigmas: of tilt, rad, of the errors of angular rate, rad/s, and specific force, m/s^2, and of the delay, s.
+const LEVELLED: f32 = 0.2;
+const RATE_UNKNOWN: f32 = 0.02;
+const FORCE_UNKNOWN: f32 = 0.4;
+const DELAYED: f32 = 0.1;
 
 /// Horizontal acceleration of a platform, m/s^2, over one second, in motion and at rest: the filter levels by
-/// it while the horizontal velocity is unknown.
+/// it while no velocity is measured.
 const ACCELERATES: [f32; 2] = [3.0, 0.05];
 
-/// Conditions for finding the heading: the horizontal velocity has changed by `CHANGED` sigmas within `WITHIN`
-/// seconds, and the integrated change agrees with the aided one to `ALIKE` sigmas.
-const CHANGED: f64 = 8.0;
-const WITHIN: f64 = 10.0;
-const ALIKE: f64 = 3.0;
+/// Sigmas of an innovation beyond which it moves the state no further.
+const TAPERED: f64 = 3.0;
 
 /// Number of headings whose mean gives their reference direction, and the time constant with which it is
 /// followed later, s.
@@ -54,38 +50,25 @@ struct North<T: Real> {
     headings: u16,
 }
 
-/// Direction of the horizontal velocity of the aiding measurement.
+/// Course of the level frame: the angle about the vertical from it to the frame of aided velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Heading<T: Real> {
-    /// The direction is unknown.
-    Sought {
-        /// Horizontal velocity, integrated and aided, at the start of the search, m/s.
-        integrated: Vector2<T>,
-        aided: Vector2<T>,
-        /// Time since then, s.
-        since: T,
-    },
-    /// The direction is known in the level frame.
-    Known,
+enum LevelCourse<T: Real> {
+    /// No horizontal velocity was measured.
+    Unaided,
+    /// The angle is sought.
+    Sought(CourseSearch<T>),
+    /// Sine and cosine of the angle.
+    Known([T; 2]),
+    /// Velocities are those along the axes of the primary, which need none.
+    AlongPrimary,
 }
 
-impl<T: Real> Heading<T> {
-    /// Starts the search for the heading.
-    fn sought_from(integrated: Vector2<T>, aided: Vector2<T>) -> Self {
-        Self::Sought {
-            integrated,
-            aided,
-            since: T::zero(),
-        }
-    }
-}
-
-/// Readings of the set over a window, and deviations of each sensor of each unit.
-pub(super) struct NavigationStep<'a, T: Real, const UNITS: usize> {
-    /// Median reading of the set, m/s^2 and rad/s.
-    pub measured: [&'a Vector3<T>; 2],
-    /// Deviation of each unit from it; zero for a unit that is faulty or has no reading.
-    pub deviations: &'a [[Vector3<T>; 2]; UNITS],
+/// Readings of a unit over a window.
+pub(super) struct NavigationStep<'a, T: Real> {
+    /// m/s^2 and rad/s, axes and place of the primary.
+    pub reading: &'a [Vector3<T>; 2],
+    /// Squared noise densities of its samples, (m/s^2)^2 s and (rad/s)^2 s.
+    pub noise: &'a [T; 2],
     /// Length of the window, s.
     pub length: T,
     /// m/s^2.
@@ -96,13 +79,20 @@ pub(super) struct NavigationStep<'a, T: Real, const UNITS: usize> {
 
 /// Measurement of one quantity.
 pub(super) struct Innovation<T: Real> {
-    /// Measured value minus the prediction of the set.
-    pub of_set: T,
+    /// Measured value minus the prediction.
+    pub value: T,
     /// Its variance.
     pub variance: T,
     /// Derivatives by each error.
     row: Errors<T>,
     across: Errors<T>,
+}
+
+impl<T: Real> Innovation<T> {
+    /// Sigmas by which the measurement differs.
+    pub fn sigmas(&self) -> T {
+        self.value / self.variance.square_root()
+    }
 }
 
 /// Velocity of an aiding measurement.
@@ -130,111 +120,87 @@ pub(super) struct AidedHeading<T: Real> {
 }
 
 impl<T: Real> Aided<T> {
-    fn is_level(&self) -> bool {
-        self.sigma.x.is_finite() && self.sigma.y.is_finite()
+    /// Variance of either horizontal axis, (m/s)^2; `None` where one was not measured.
+    fn level_variance(&self) -> Option<T> {
+        let sigma = self.sigma.x.max(self.sigma.y);
+        sigma.is_finite().then_some(sigma * sigma)
     }
 }
 
-/// Attitude and velocity of the set, estimated from its readings and from aiding measurements.
+/// Attitude, velocity and biases of one unit, estimated from its readings and from aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Navigation<T: Real, const UNITS: usize> {
+pub(super) struct Navigation<T: Real> {
     level_from_primary: UnitQuaternion<T>,
     /// Velocity in the level frame, m/s.
     velocity: Vector3<T>,
-    /// Errors of the set: of angular rate, rad/s, and of vertical specific force, m/s^2.
+    /// Errors of angular rate, rad/s, and specific force, m/s^2.
     rate_error: Vector3<T>,
-    vertical_error: T,
+    force_error: Vector3<T>,
+    /// Delay of aiding measurements, s.
+    delay: T,
     covariance: Covariance<T>,
-    /// Change of the state if one sensor of one unit replaced that of the set.
-    deviations: [[Errors<T>; 2]; UNITS],
-    /// Rotation vector of the latest window, rad.
+    /// Rotation vector of the latest window, rad, and acceleration, level frame, m/s^2.
     turn: Vector3<T>,
+    acceleration: Vector3<T>,
     track: Track<T>,
-    heading: Heading<T>,
+    course: LevelCourse<T>,
     /// Reference direction, once a heading was processed.
     north: Option<North<T>>,
-    /// True if any velocity was processed, and if any was in the axes of the primary.
-    begun: bool,
-    along_primary: bool,
 }
 
-impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
-    /// Starts level by the specific force of the set, at an arbitrary heading; `rate_error` is the zero rate,
-    /// rad/s.
-    pub fn start(
-        force: &Vector3<T>,
-        rate_error: &Vector3<T>,
-        rests: bool,
-        tolerated: &ForceAndRate<T>,
-    ) -> Self {
-        let up = Vector3::z();
-        let level = rotation_onto(force, &up);
-        let levelled = real::<T>(LEVELLED) * real(LEVELLED);
-        let rate = if rests {
-            real(RATE_AT_REST)
-        } else {
-            tolerated.angular_rate
-        };
+impl<T: Real> Navigation<T> {
+    /// Starts level by the specific force, m/s^2, at an arbitrary heading.
+    pub fn start(force: &Vector3<T>) -> Self {
+        let variance = |sigma: f32| tabulated::<T>(sigma) * tabulated::<T>(sigma);
+        let levelled = variance(LEVELLED);
         let variances = Errors {
             attitude: Vector3::new(levelled, levelled, T::zero()),
-            rate: Vector3::repeat(rate * rate),
-            vertical: tolerated.specific_force * tolerated.specific_force,
+            rate: Vector3::repeat(variance(RATE_UNKNOWN)),
+            force: Vector3::repeat(variance(FORCE_UNKNOWN)),
+            delay: variance(DELAYED),
             ..Errors::none()
         };
         Self {
-            level_from_primary: level,
+            level_from_primary: rotation_onto(force, &Vector3::z()),
             velocity: Vector3::zeros(),
-            rate_error: *rate_error,
-            vertical_error: T::zero(),
+            rate_error: Vector3::zeros(),
+            force_error: Vector3::zeros(),
+            delay: T::zero(),
             covariance: Covariance::of_variances(&variances),
-            deviations: [[Errors::none(); 2]; UNITS],
             turn: Vector3::zeros(),
+            acceleration: Vector3::zeros(),
             track: Track::new(),
-            heading: Heading::sought_from(Vector2::zeros(), Vector2::zeros()),
+            course: LevelCourse::Unaided,
             north: None,
-            begun: false,
-            along_primary: false,
         }
     }
 
     /// Advances the state by a window.
-    pub fn advance(&mut self, step: &NavigationStep<'_, T, UNITS>) {
-        let ([f, w], h) = (step.measured, step.length);
+    pub fn advance(&mut self, step: &NavigationStep<'_, T>) {
+        let ([f, w], h) = (step.reading, step.length);
         let turn: Vector3<T> = (w - self.rate_error) * h;
         let coning: Vector3<T> = self.turn.cross(&turn) * real::<T>(1.0 / 12.0);
         let half: Vector3<T> = turn * real::<T>(0.5);
         let middle = self.level_from_primary * rotation_of(&half);
-        self.level_from_primary = middle * rotation_of(&(half + coning)); // isolation.md, eq. 16
+        self.level_from_primary = middle * rotation_of(&(half + coning)); // set.md, eq. 28
         self.turn = turn;
-        let force: Vector3<T> = middle * *f;
-        let acceleration: Vector3<T> = force - Vector3::z() * (step.gravity + self.vertical_error);
-        self.velocity += acceleration * h; // isolation.md, eq. 16
-        self.track.push(&self.velocity, &acceleration);
-        let level = *middle.to_rotation_matrix().matrix();
+        let force: Vector3<T> = middle * (f - self.force_error);
+        self.acceleration = force - Vector3::z() * step.gravity;
+        self.velocity += self.acceleration * h; // set.md, eq. 28
+        self.track.push(&self.velocity, &self.acceleration);
         let moves = Moves {
             velocity_by_attitude: force.cross_matrix() * -h,
-            attitude_by_rate: level * -h,
-            velocity_by_vertical: -h,
+            by_reading: *middle.to_rotation_matrix().matrix() * -h,
         };
-        self.covariance
-            .spread(&moves, &noise(&(turn / h), &acceleration, h));
-        for (deviations, measured) in self.deviations.iter_mut().zip(step.deviations) {
-            let [of_force, of_rate] = deviations;
-            let [force, rate] = measured;
-            *of_force = moves.carry(of_force);
-            of_force.velocity += level * force * h; // isolation.md, eq. 18
-            *of_rate = moves.carry(of_rate);
-            of_rate.attitude += level * rate * h; // isolation.md, eq. 18
-        }
-        if let Heading::Sought { since, .. } = &mut self.heading {
-            *since += h;
-            if !self.along_primary {
-                self.level(&force, step.rests, h);
-            }
+        self.covariance.spread(&moves, &noise(step.noise, h));
+        match &mut self.course {
+            LevelCourse::Unaided => self.level(&force, step.rests, h),
+            LevelCourse::Sought(search) => search.carry(&moves, h, step.rests),
+            LevelCourse::Known(_) | LevelCourse::AlongPrimary => {}
         }
     }
 
-    /// Levels the set by its specific force over a window of `length` s.
+    /// Levels by the specific force over a window of `length` s.
     fn level(&mut self, force: &Vector3<T>, rests: bool, length: T) {
         let [moving, resting] = ACCELERATES.map(tabulated::<T>);
         let sigma = if rests { resting } else { moving };
@@ -248,53 +214,13 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// Removes a faulty sensor of a unit: the state continues with the mean of the others.
-    pub fn leave_out(&mut self, sensor: Sensor, unit: usize, healthy: impl Fn(usize) -> bool) {
-        let own = self.deviations.get(unit).map(|deviations| sensor.of(deviations));
-        if own.is_none_or(|own| *own == Errors::none()) {
-            return;
-        }
-        let (mut sum, mut others) = (Errors::none(), T::zero());
-        for (_, deviations) in self
-            .deviations
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| healthy(*other))
-        {
-            sum = sum.plus(sensor.of(deviations), T::one());
-            others += T::one();
-        }
-        let mean = Errors::none().plus(&sum, T::one() / others.max(T::one()));
-        self.correct(&mean);
-        for (number, deviations) in self.deviations.iter_mut().enumerate() {
-            let deviation = sensor.of_mut(deviations);
-            *deviation = if number == unit {
-                Errors::none()
-            } else {
-                deviation.plus(&mean, -T::one())
-            };
-        }
-    }
-
-    /// Change of an innovation if the sensor of a unit replaced that of the set.
-    pub fn share(&self, innovation: &Innovation<T>, sensor: Sensor, unit: usize) -> T {
-        let deviations = self.deviations.get(unit);
-        deviations.map_or(T::zero(), |deviations| innovation.row.dot(sensor.of(deviations)))
-    }
-
-    /// Updates the state with a measurement.
+    /// Updates the state with a measurement; an outlier moves it no further than a large one that is plausible.
     pub fn update(&mut self, innovation: &Innovation<T>) {
-        let Innovation {
-            of_set,
-            variance,
-            row,
-            across,
-        } = innovation;
-        for deviation in self.deviations.iter_mut().flatten() {
-            *deviation = deviation.plus(across, -row.dot(deviation) / *variance); // isolation.md, eq. 19
-        }
-        self.covariance.narrow(across, *variance);
-        self.correct(&Errors::none().plus(across, *of_set / *variance)); // isolation.md, eq. 19
+        let sigmas = innovation.sigmas().abs();
+        let taper = (real::<T>(TAPERED) / sigmas.max(real(TAPERED))).min(T::one());
+        self.covariance.narrow(&innovation.across, innovation.variance);
+        let gain = innovation.value * taper / innovation.variance;
+        self.correct(&Errors::none().plus(&innovation.across, gain)); // set.md, eq. 31
     }
 
     fn correct(&mut self, errors: &Errors<T>) {
@@ -303,7 +229,8 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.velocity += errors.velocity;
         self.track.change(|before| before + errors.velocity);
         self.rate_error += errors.rate;
-        self.vertical_error += errors.vertical;
+        self.force_error += errors.force;
+        self.delay += errors.delay;
     }
 
     /// Returns whether all elements are finite.
@@ -314,47 +241,69 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             .all(T::is_finite)
     }
 
-    fn measured(&self, row: Errors<T>, of_set: T, variance: T) -> Innovation<T> {
+    fn measured(&self, row: Errors<T>, value: T, variance: T) -> Innovation<T> {
         let across = self.covariance.across(&row);
         Innovation {
-            of_set,
-            variance: row.dot(&across) + variance, // isolation.md, eq. 19
+            value,
+            variance: row.dot(&across) + variance, // set.md, eq. 31
             row,
             across,
         }
     }
 
-    /// Velocity at the time of an aiding measurement, level frame, m/s.
+    /// Velocity at the time of an aiding measurement less its delay, level frame, m/s.
     fn velocity_at(&self, aided: &Aided<T>) -> Option<Vector3<T>> {
-        self.track.at(aided.windows, &self.velocity, aided.length)
+        let then = self.track.at(aided.windows, &self.velocity, aided.length)?;
+        Some(then - self.acceleration * self.delay)
     }
 
-    /// Innovation along one axis of a velocity in the level frame.
-    pub fn along_level(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
-        let usable = axis.z != T::zero() || matches!(self.heading, Heading::Known);
-        let sigma = along(axis, &aided.sigma)?;
-        let velocity = self.velocity_at(aided)?;
-        let row = Errors {
-            velocity: *axis,
+    /// Derivatives of the velocity along a direction of the level frame.
+    fn by_velocity(&self, direction: &Vector3<T>) -> Errors<T> {
+        Errors {
+            velocity: *direction,
+            delay: -self.acceleration.dot(direction),
             ..Errors::none()
+        } // set.md, eq. 30
+    }
+
+    /// Innovation of the vertical of a velocity in a level frame, and of either horizontal axis once the course is known.
+    pub fn along_level(&self, axis: usize, aided: &Aided<T>) -> Option<Innovation<T>> {
+        let (value, variance) = match (axis, &self.course) {
+            // The search takes all axes.
+            (_, LevelCourse::Sought(_)) => return None,
+            (2, _) => (aided.value.z, aided.sigma.z * aided.sigma.z),
+            (_, LevelCourse::Known([sine, cosine])) => {
+                let [by_cosine, by_sine] = turned_back(axis, &aided.value.xy());
+                (by_cosine * *cosine + by_sine * *sine, aided.level_variance()?)
+            }
+            _ => return None,
         };
-        let value = along(axis, &aided.value)?;
-        usable.then(|| self.measured(row, value - velocity.dot(axis), sigma * sigma))
+        let direction = unit_along(axis);
+        let velocity = self.velocity_at(aided)?;
+        variance.is_finite().then(|| {
+            self.measured(
+                self.by_velocity(&direction),
+                value - velocity.dot(&direction),
+                variance,
+            )
+        })
     }
 
     /// Innovation along one axis of a velocity in the axes of the primary.
-    pub fn along_primary(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
-        let sigma = along(axis, &aided.sigma)?;
+    pub fn along_primary(&self, axis: usize, aided: &Aided<T>) -> Option<Innovation<T>> {
+        let direction: Vector3<T> = unit_along(axis);
+        let (value, sigma) = (aided.value.dot(&direction), aided.sigma.dot(&direction));
+        if !value.is_finite() || !sigma.is_finite() {
+            return None;
+        }
         let velocity = self.velocity_at(aided)?;
-        // The set has turned since.
+        // The unit has turned since.
         let turned = self.level_from_primary * rotation_of(&(self.turn * -aided.windows));
-        let level: Vector3<T> = turned * *axis;
+        let level: Vector3<T> = turned * direction;
         let row = Errors {
             attitude: level.cross(&velocity),
-            velocity: level,
-            ..Errors::none()
+            ..self.by_velocity(&level)
         };
-        let value = along(axis, &aided.value)?;
         Some(self.measured(row, value - level.dot(&velocity), sigma * sigma))
     }
 
@@ -378,10 +327,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             north.offset += beyond / count(north.headings.into());
             if north.headings == HEADINGS {
                 let variance = aided.sigma * aided.sigma / count(HEADINGS.into());
-                self.covariance.widen(&Errors {
-                    attitude: Vector3::z() * variance,
-                    ..Errors::none()
-                });
+                self.widen_heading(variance);
             }
             return None;
         }
@@ -390,10 +336,23 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
         let tilted = -ahead.z / (horizontal * horizontal);
         let row = Errors {
-            attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // isolation.md, eq. 21
+            attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // set.md, eq. 33
             ..Errors::none()
         };
-        Some(self.measured(row, beyond, aided.sigma * aided.sigma))
+        let innovation = self.measured(row, beyond, aided.sigma * aided.sigma);
+        if matches!(self.course, LevelCourse::Sought(_)) {
+            self.search_with(&innovation, [T::zero(); 2]);
+            return None;
+        }
+        Some(innovation)
+    }
+
+    /// Adds a variance, rad^2, to that of the attitude about the vertical.
+    fn widen_heading(&mut self, variance: T) {
+        self.covariance.widen(&Errors {
+            attitude: Vector3::z() * variance,
+            ..Errors::none()
+        });
     }
 
     /// Resets the reference direction of headings.
@@ -403,101 +362,86 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
 
     /// Starts with the first velocity in the axes of the primary; later ones change nothing here.
     pub fn begin_along_primary(&mut self, aided: &Aided<T>) {
-        if !self.along_primary {
-            self.along_primary = true;
-            self.begun = true;
-            self.heading = Heading::sought_from(Vector2::zeros(), Vector2::zeros());
+        if self.course != LevelCourse::AlongPrimary {
+            self.course = LevelCourse::AlongPrimary;
             let value = self.level_from_primary * finite(&aided.value);
-            self.begin(value, &Vector3::repeat(largest(&aided.sigma)), aided);
+            self.begin(value, &aided.sigma, aided);
         }
     }
 
-    /// Starts with a velocity in the level frame, and searches its heading.
+    /// Starts with a velocity in the level frame, or goes on with the search for its course.
     pub fn begin_along_level(&mut self, aided: &Aided<T>) {
-        if !self.begun {
-            self.begun = true;
-            self.begin(
-                finite(&aided.value),
-                &Vector3::repeat(largest(&aided.sigma)),
-                aided,
-            );
-            self.seek_again(aided);
-            return;
-        }
-        let Heading::Sought {
-            integrated,
-            aided: before,
-            since,
-        } = self.heading
-        else {
+        let Some(variance) = aided.level_variance() else {
+            if self.course == LevelCourse::Unaided && self.track.is_new() {
+                self.begin(finite(&aided.value), &aided.sigma, aided);
+            }
             return;
         };
-        if !aided.is_level() {
-            return;
-        }
-        let Some(velocity) = self.velocity_at(aided) else {
-            return;
-        };
-        let change = aided.value.xy() - before;
-        let integrated = velocity.xy() - integrated;
-        let (by_aiding, by_set) = (change.length(), integrated.length());
-        let own = self.covariance.variances().velocity;
-        let of_aiding = aided.sigma.x.max(aided.sigma.y);
-        let variance = own.x.max(own.y) + of_aiding * of_aiding * real(2.0);
-        let sigma = variance.square_root();
-        let changed = by_aiding > sigma * real(CHANGED);
-        if changed && (by_aiding - by_set).abs() < sigma * real(ALIKE) {
-            let angle = integrated.perp(&change).atan2(integrated.dot(&change));
-            self.turn_to(angle, variance / (by_aiding * by_aiding));
-            self.begin(aided.value, &aided.sigma, aided);
-        } else if changed || since > real(WITHIN) {
-            self.seek_again(aided);
+        match &self.course {
+            LevelCourse::Unaided => self.seek(aided, finite(&aided.value).z),
+            LevelCourse::Sought(search) if search.is_over() => {
+                let of_all = search.of_all();
+                self.correct(&of_all);
+                self.seek(aided, self.velocity.z);
+            }
+            LevelCourse::Sought(_) => self.search(aided, variance),
+            LevelCourse::Known(_) | LevelCourse::AlongPrimary => {}
         }
     }
 
-    /// Starts the search for the heading at this velocity.
-    fn seek_again(&mut self, aided: &Aided<T>) {
-        if self.along_primary {
-            return;
-        }
-        let Some(velocity) = self.velocity_at(aided) else {
-            return;
-        };
-        self.heading = Heading::sought_from(velocity.xy(), finite(&aided.value).xy());
-        let horizontal = Errors {
-            velocity: Vector3::new(T::one(), T::one(), T::zero()),
-            ..Errors::none()
-        };
-        self.covariance.replace(&horizontal, &Errors::none());
+    /// Begins the search for the course at this velocity, with a vertical one, m/s.
+    fn seek(&mut self, aided: &Aided<T>, vertical: T) {
+        self.begin(Vector3::z() * vertical, &aided.sigma, aided);
+        self.course = LevelCourse::Sought(CourseSearch::new(&aided.value.xy()));
     }
 
-    /// Aligns the level frame with that of the aiding measurement: a turn about the vertical by an angle, rad,
-    /// of a variance, rad^2.
-    fn turn_to(&mut self, angle: T, variance: T) {
-        let turn = rotation_of(&(Vector3::z() * angle));
-        self.level_from_primary = turn * self.level_from_primary;
-        self.velocity = turn * self.velocity;
-        self.track.change(|before| turn * before);
-        for deviation in self.deviations.iter_mut().flatten() {
-            deviation.attitude = turn * deviation.attitude;
-            deviation.velocity = turn * deviation.velocity;
+    /// Takes a velocity to the search for the course, axis by axis.
+    fn search(&mut self, aided: &Aided<T>, variance: T) {
+        for axis in 0..3 {
+            let Some(velocity) = self.velocity_at(aided) else {
+                return;
+            };
+            let direction = unit_along(axis);
+            let [by_cosine, by_sine] = turned_back(axis, &aided.value.xy());
+            let (measured, variance) = if axis == 2 {
+                let sigma = aided.sigma.z;
+                ([aided.value.z, T::zero(), T::zero()], sigma * sigma)
+            } else {
+                ([T::zero(), by_cosine, by_sine], variance)
+            };
+            let [of_all, by_cosine, by_sine] = measured;
+            if variance.is_finite() {
+                let of_all = of_all - velocity.dot(&direction);
+                let innovation = self.measured(self.by_velocity(&direction), of_all, variance);
+                self.search_with(&innovation, [by_cosine, by_sine]);
+            }
         }
-        self.heading = Heading::Known;
-        if let Some(north) = &mut self.north {
-            north.offset -= angle;
+    }
+
+    /// Takes an innovation of the state that began to the search, with its parts by cosine and sine of the course.
+    fn search_with(&mut self, innovation: &Innovation<T>, [by_cosine, by_sine]: [T; 2]) {
+        if let LevelCourse::Sought(search) = &mut self.course {
+            let measured = [innovation.value, by_cosine, by_sine];
+            search.take(measured, &innovation.row, &innovation.across, innovation.variance);
+            self.covariance.narrow(&innovation.across, innovation.variance);
         }
-        // The covariance of level directions turns too; both horizontal directions get the larger variance.
-        let own = self.covariance.variances();
-        let level = own.attitude.x.max(own.attitude.y);
-        let attitude = Errors {
-            attitude: Vector3::repeat(T::one()),
-            ..Errors::none()
-        };
-        let variances = Errors {
-            attitude: Vector3::new(level, level, variance),
-            ..Errors::none()
-        };
-        self.covariance.replace(&attitude, &variances);
+    }
+
+    /// The search for the course, while it goes on.
+    pub fn course_search(&self) -> Option<&CourseSearch<T>> {
+        match &self.course {
+            LevelCourse::Sought(search) => Some(search),
+            _ => None,
+        }
+    }
+
+    /// Ends the search with a course: its sine and cosine, and its variance, rad^2.
+    pub fn choose_course(&mut self, course: [T; 2], variance: T) {
+        if let LevelCourse::Sought(search) = self.course {
+            self.correct(&search.errors_at(&course));
+            self.course = LevelCourse::Known(course);
+            self.widen_heading(variance);
+        }
     }
 
     /// Sets the velocity to the aided one.
@@ -510,53 +454,40 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             ..Errors::none()
         };
         let largest = largest(sigma);
-        let variance = sigma.map(|sigma| {
-            if sigma.is_finite() {
-                sigma * sigma
-            } else {
-                largest * largest
-            }
-        });
         let variances = Errors {
-            velocity: variance,
+            velocity: sigma.map(|sigma| {
+                let sigma = if sigma.is_finite() { sigma } else { largest };
+                sigma * sigma
+            }),
             ..Errors::none()
         };
         self.covariance.replace(&velocity, &variances);
     }
 }
 
-/// Variances that a window adds, for an angular rate, rad/s, and an acceleration, m/s^2, of the set
-/// (docs/theory/isolation.md, table 2).
-fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Errors<T> {
-    let density = |[least, share]: [f32; 2], size: T| {
-        let (least, more) = (tabulated::<T>(least), size * tabulated::<T>(share));
-        Vector3::repeat((least * least + more * more) * window)
-    };
-    let wanders = |wanders: f32| tabulated::<T>(wanders) * tabulated::<T>(wanders) * window;
+/// Variances that a window of so many s adds, with squared noise densities of samples (docs/theory/set.md, table 1).
+fn noise<T: Real>([of_force, of_rate]: &[T; 2], window: T) -> Errors<T> {
+    let square = |size: f32| tabulated::<T>(size) * tabulated::<T>(size);
+    let [force, rate] = LEAST_NOISE;
+    let density = |of_samples: T, least: f32| square(least).max(of_samples * square(LEFT_OF_VIBRATION));
     Errors {
-        attitude: density(RATE_NOISE, rate.length()),
-        velocity: density(FORCE_NOISE, acceleration.length()),
-        rate: Vector3::repeat(wanders(RATE_WANDERS)),
-        vertical: wanders(FORCE_WANDERS),
+        attitude: Vector3::repeat(density(*of_rate, rate) * window),
+        velocity: Vector3::repeat(density(*of_force, force) * window),
+        rate: Vector3::repeat(square(RATE_WANDERS) * window),
+        force: Vector3::repeat(square(FORCE_WANDERS) * window),
+        delay: T::zero(),
     }
+}
+
+/// Unit vector along an axis.
+fn unit_along<T: Real>(axis: usize) -> Vector3<T> {
+    Vector3::from_fn(|row, _| if row == axis { T::one() } else { T::zero() })
 }
 
 /// Wraps an angle, rad, to half a turn to either side.
 fn within_half_a_turn<T: Real>(angle: T) -> T {
     let turn = real::<T>(core::f64::consts::TAU);
     angle - (angle / turn).round() * turn
-}
-
-/// Returns the element along an axis, if it is finite.
-fn along<T: Real>(axis: &Vector3<T>, values: &Vector3<T>) -> Option<T> {
-    let mut found = axis
-        .iter()
-        .zip(values.iter())
-        .filter(|(axis, _)| **axis != T::zero());
-    found
-        .next()
-        .map(|(_, value)| *value)
-        .filter(|value| value.is_finite())
 }
 
 fn finite<T: Real>(values: &Vector3<T>) -> Vector3<T> {
@@ -566,11 +497,6 @@ fn finite<T: Real>(values: &Vector3<T>) -> Vector3<T> {
 fn largest<T: Real>(sigma: &Vector3<T>) -> T {
     let finite = sigma.iter().filter(|sigma| sigma.is_finite());
     finite.fold(T::zero(), |largest, sigma| largest.max(*sigma))
-}
-
-/// Sensors whose deviations are stored, with the number of the unit.
-pub(super) fn candidates<const UNITS: usize>() -> impl Iterator<Item = (Sensor, usize)> {
-    (0..UNITS).flat_map(|unit| SENSORS.into_iter().map(move |sensor| (sensor, unit)))
 }
 
 #[cfg(test)]

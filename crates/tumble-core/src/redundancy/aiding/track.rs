@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use crate::real::{Real, count, real};
 
 /// Number of stored velocities, and windows between them.
-const KEPT: usize = 6;
-const EVERY: u8 = 4;
+const KEPT: usize = 11;
+const EVERY: u8 = 2;
 
 /// Largest delay of an aiding measurement, windows, and largest lead, for which the latest velocity is
 /// extrapolated.
@@ -34,6 +34,11 @@ impl<T: Real> Track<T> {
         }
     }
 
+    /// Returns whether no velocity is stored.
+    pub fn is_new(&self) -> bool {
+        self.seen == 0
+    }
+
     /// Stores the velocity after the next window.
     pub fn push(&mut self, velocity: &Vector3<T>, acceleration: &Vector3<T>) {
         self.acceleration = *acceleration;
@@ -41,8 +46,10 @@ impl<T: Real> Track<T> {
         self.since = self.since.saturating_add(1);
         if self.since >= EVERY {
             self.since = 0;
-            let [a, b, c, d, e, _] = self.kept;
-            self.kept = [*velocity, a, b, c, d, e];
+            let mut later = *velocity;
+            for kept in &mut self.kept {
+                core::mem::swap(kept, &mut later);
+            }
         }
     }
 

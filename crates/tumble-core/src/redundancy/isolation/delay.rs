@@ -44,7 +44,7 @@ struct Regression<T: Real> {
     windows: u16,
 }
 
-/// Delays of all units beside the set: docs/theory/isolation.md, eq. 30 and 31.
+/// Delays of all units beside the set: docs/theory/isolation.md, eq. 23 and 24.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Delays<T: Real, const UNITS: usize> {
     /// Mean squared angular acceleration, (rad/s^2)^2.
@@ -85,7 +85,7 @@ impl<T: Real> Regression<T> {
         let gain = length / real(OVER);
         self.lag += (self.remainder - self.lag) * gain;
         self.spread += (self.remainder * self.remainder - self.spread) * gain;
-        self.along += (product - self.along) * gain; // isolation.md, eq. 30
+        self.along += (product - self.along) * gain; // isolation.md, eq. 23
     }
 
     /// Delay, s.
@@ -101,7 +101,7 @@ impl<T: Real> Regression<T> {
     fn show(&mut self, change: T, shows: bool, length: T) {
         // A delay that grows is ahead of its estimate by a constant.
         let spread = larger(T::zero(), self.spread - self.lag * self.lag);
-        self.variance = spread * real(CORRELATED / OVER) / (change * change); // isolation.md, eq. 31
+        self.variance = spread * real(CORRELATED / OVER) / (change * change); // isolation.md, eq. 24
         if shows && !self.is_known(length) {
             self.windows = self.windows.saturating_add(1);
             (self.at_first, self.variance_at_first) = (self.delay(change), self.variance);

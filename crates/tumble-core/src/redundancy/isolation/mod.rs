@@ -27,7 +27,7 @@ use nalgebra::Vector3;
 
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
-use crate::redundancy::aiding::{AidingEvidence, AidingWindow};
+use crate::redundancy::aiding::{AidedReading, AidingEvidence, AidingWindow};
 use crate::redundancy::components::{difference, follow, set_all, smaller, sum};
 use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::isolation::delay::Delays;
@@ -454,7 +454,7 @@ where
         self.turned
             .push(&difference(&w, &self.resting_rate), window.length);
         let aiding_evidence = aiding_evidence.map(|aiding_evidence| {
-            self.update_aiding(aiding_evidence, window, [&f, &w]);
+            self.update_aiding(aiding_evidence, window);
             &*aiding_evidence
         });
         let find_aided = aiding_evidence.map(|_| SensorIsolator::find_aided as FindAided<T, UNITS>);
@@ -501,7 +501,7 @@ where
     }
 
     /// Finds the unit whose clock drifts: its gyroscope deviates from the set in proportion to angular acceleration
-    /// (docs/theory/isolation.md, eq. 30).
+    /// (docs/theory/isolation.md, eq. 23).
     #[inline(never)]
     fn find_late(
         &mut self,
@@ -537,23 +537,34 @@ where
         &self,
         aiding_evidence: &mut AidingEvidence<T, UNITS>,
         window: &SetWindow<'_, T, UNITS>,
-        measured: [&Vector3<T>; 2],
     ) {
-        let sensors = &self.sensors;
+        let of_any = |is_so: &dyn Fn(Sensor, usize) -> bool| {
+            UnitSet::of::<UNITS>(|unit| SENSORS.into_iter().any(|sensor| is_so(sensor, unit)))
+        };
+        let departs = |sensor: Sensor, unit: usize| {
+            let isolator = sensor.of(&self.sensors);
+            isolator.departs(unit, window.tolerated.of(sensor))
+        };
+        let readings = window.units.each_ref().map(|unit| {
+            let unit = unit.as_ref().filter(|unit| unit.votes == [true; 2])?;
+            Some(AidedReading {
+                reading: unit.reading,
+                noise: unit.scatter.map(|scatter| scatter * scatter * unit.interval),
+            })
+        });
         let surroundings = AidingWindow {
-            units: window.units,
-            measured,
-            resting_rate: &self.resting_rate,
-            faulty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_faulty(unit))),
-            departs: core::array::from_fn(|unit| {
-                SENSORS.map(|sensor| sensor.of(sensors).departs(unit, window.tolerated.of(sensor)))
-            }),
-            calm: sensors.iter().all(|isolator| isolator.is_calm(window.length)),
+            readings,
+            faulty: of_any(&|sensor, unit| self.is_faulty(sensor, unit)),
+            departing: of_any(&departs),
+            is_calm: self
+                .sensors
+                .iter()
+                .all(|isolator| isolator.is_calm(window.length)),
+            rests: window.units.iter().flatten().any(|unit| unit.at_rest.is_some()),
             number: window.number,
             span: window.span,
             length: window.length,
             gravity: window.gravity,
-            tolerated: window.tolerated,
         };
         aiding_evidence.advance(&surroundings);
     }

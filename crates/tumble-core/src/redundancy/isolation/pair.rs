@@ -367,7 +367,7 @@ impl<T: Real> Comparison<T> {
             let vibration = strain.vibration;
             let [a, b] = &known.shaken;
             let shaken = (a.variance(vibration) + b.variance(vibration)) * tabulated::<T>(of.shaken);
-            let shaken = smaller(vibration, shaken + shaken); // isolation.md, eq. 24
+            let shaken = smaller(vibration, shaken + shaken); // isolation.md, eq. 17
             let straight = known.tolerance.straight_lines(strain) * real(STRAIGHT * STRAIGHT);
             let strain = known.tolerance.variance(strain);
             let share = shown.share(of);

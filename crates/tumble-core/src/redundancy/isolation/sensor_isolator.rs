@@ -392,7 +392,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     }
 
     /// Square of the drift since their calibrations by which calibrated units differ, whichever unit is left
-    /// out, by both kinds of sensor: a drift of all units is no fault (docs/theory/isolation.md, eq. 29).
+    /// out, by both kinds of sensor: a drift of all units is no fault (docs/theory/isolation.md, eq. 22).
     #[inline(never)]
     fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
         let voters = case.known.without(self.faulty);
@@ -427,7 +427,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         smaller(
             most * most,
             shared.fold(most * most, smaller) * real(SHARED * SHARED),
-        ) // isolation.md, eq. 29
+        ) // isolation.md, eq. 22
     }
 
     /// Square of the difference between the drifts of two calibrated units, with `taken_off` added to each; zero
@@ -746,7 +746,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         }
         if let Some(found) = case
             .aiding_evidence
-            .and_then(|evidence| evidence.decides(sensor, [i, j], true))
+            .and_then(|evidence| evidence.decides([i, j], true))
         {
             return Some(found);
         }
@@ -914,7 +914,7 @@ fn aided<T: Real, const UNITS: usize>(
         Finding::Odd(unit) => {
             let unit = usize::from(unit);
             let others = (0..UNITS).filter(|other| *other != unit && voters.contains(*other));
-            let proof = aiding_evidence.contradicts(case.sensor, unit, others.clone())?;
+            let proof = aiding_evidence.contradicts(unit, others.clone())?;
             let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
             apart.any(|drifted| drifted).then_some((unit, proof))
         }
@@ -922,7 +922,7 @@ fn aided<T: Real, const UNITS: usize>(
             let [i, j] = [i, j].map(usize::from);
             let two = voters.count() == 2;
             aiding_evidence
-                .decides(case.sensor, [i, j], false)
+                .decides([i, j], false)
                 .filter(|_| two && drifted(i, j))
         }
     }

@@ -17,7 +17,7 @@ const SHAKES: [f32; 2] = [4e-4, 2e-6];
 /// Variance of the second difference of white noise.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// Scatter of the deviation of a unit from the set, window to window: docs/theory/isolation.md, eq. 23.
+/// Scatter of the deviation of a unit from the set, window to window: docs/theory/isolation.md, eq. 16.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shaking<T: Real> {
     /// Deviations from the set in the latest two windows.
@@ -73,7 +73,7 @@ impl<T: Real> Shaking<T> {
         }
         // The second difference removes ramps and smooth motion.
         let bent = difference(&difference(deviation, &latest), &difference(&latest, &earlier));
-        let variance = squared(&bent) * real(1.0 / SECOND_DIFFERENCE); // isolation.md, eq. 23
+        let variance = squared(&bent) * real(1.0 / SECOND_DIFFERENCE); // isolation.md, eq. 16
         self.scatter += (variance - self.scatter) * (window / real(SCATTER_OVER));
         if most <= tabulated(*sensor.of(&SHAKES)) {
             return;
@@ -82,7 +82,7 @@ impl<T: Real> Shaking<T> {
             (self.left, self.most) = (most, most);
         }
         let gain = window / real(SHARE_OVER);
-        self.left += (variance - self.left) * gain; // isolation.md, eq. 23
+        self.left += (variance - self.left) * gain; // isolation.md, eq. 16
         self.most += (most - self.most) * gain;
     }
 

@@ -62,7 +62,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
     }
 
     /// Variance of the difference that two units may have drifted since they were calibrated, for a coefficient
-    /// per kelvin and axis (docs/theory/isolation.md, eq. 28).
+    /// per kelvin and axis (docs/theory/isolation.md, eq. 21).
     pub fn drifted(&self, i: usize, j: usize, coefficient: T) -> T {
         let change = |unit: usize| {
             let warmth = self.0.get(unit).filter(|_| unit != 0);
@@ -78,7 +78,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
         if together == T::zero() {
             return T::zero();
         }
-        coefficient * coefficient * together * real(AXES) // isolation.md, eq. 28
+        coefficient * coefficient * together * real(AXES) // isolation.md, eq. 21
     }
 }
 

@@ -127,8 +127,6 @@ where
     source: Option<Option<u8>>,
     /// True if the clocks of secondaries are those of the units, and not the primary's.
     finds_delays: bool,
-    /// True if it decides between the last two units that count, at rest.
-    decides_between_two: bool,
     /// Units that others found at fault, or that send nothing of use.
     left_out: UnitSet,
     /// Units of pairs that disagreed in the latest window.
@@ -139,6 +137,25 @@ where
     first: u64,
     so_far: Option<u32>,
 }
+
+/// Readings of all units over a window.
+pub struct CorrectedWindow<'a, T: Real, const UNITS: usize> {
+    /// Number of the window: that of its middle in the grid of hops.
+    pub number: u64,
+    /// m/s^2 and rad/s, at the place of the primary, less the errors that are learnt; `None` where samples are missing.
+    pub readings: &'a [Option<[T; CHANNELS]>; UNITS],
+    /// Squared noise densities of the samples of each unit, (m/s^2)^2 s and (rad/s)^2 s.
+    pub noise: [[T; 2]; UNITS],
+    /// Units that count.
+    pub active: UnitSet,
+    /// Units that disagree with another, while none is known to be wrong.
+    pub disputed: UnitSet,
+    /// True if the set rests.
+    pub is_rest: bool,
+}
+
+/// Receiver of windows.
+pub type SeeWindow<'a, T, const UNITS: usize> = &'a mut dyn FnMut(&CorrectedWindow<'_, T, UNITS>);
 
 /// All that one window shows.
 struct Evaluated<'a, T: Real, const UNITS: usize> {
@@ -186,7 +203,6 @@ where
             disputed_last: OptionalTime::NONE,
             source: None,
             finds_delays,
-            decides_between_two: true,
             left_out: UnitSet::default(),
             disputed: UnitSet::default(),
             newest: None,
@@ -195,21 +211,24 @@ where
         }
     }
 
-    /// Decides between the last two units that count, at rest, or leaves it to others.
-    pub fn decide_between_two(&mut self, decides: bool) {
-        self.decides_between_two = decides;
-    }
-
     /// Returns whether two units disagree of which none is known to be wrong.
     pub fn is_disputed(&self) -> bool {
         self.dispute.is_some()
+    }
+
+    /// The last two units that count, where they disagree, and the sensor that shows it.
+    pub fn two_disputed(&self) -> Option<([usize; 2], Sensor)> {
+        let (_, sensor) = self.dispute?;
+        let sound = self.sound();
+        let mut units = sound.units();
+        let pair = [units.next()?, units.next()?];
+        (sound.count() == 2).then_some((pair, sensor))
     }
 
     /// Begins anew, in place, with units of one clock, or each of its own.
     pub fn reset(&mut self, finds_delays: bool) {
         self.restart_time();
         self.finds_delays = finds_delays;
-        self.decides_between_two = true;
         for errors in self.errors.as_mut() {
             *errors = SecondaryErrors::uncalibrated();
         }
@@ -328,6 +347,17 @@ where
     /// Takes a sample of a unit, in the axes of the primary, and reports what its windows show. Units may send in any order, up
     /// to 0.15 s behind one another.
     pub fn push(&mut self, number: usize, sample: &Sample<T>, report: ReportEvent<'_, T>) {
+        self.push_seen(number, sample, report, &mut |_| {});
+    }
+
+    /// Takes a sample as [`Self::push`] does, and gives each window that it ends.
+    pub fn push_seen(
+        &mut self,
+        number: usize,
+        sample: &Sample<T>,
+        report: ReportEvent<'_, T>,
+        see: SeeWindow<'_, T, UNITS>,
+    ) {
         let Some(unit) = self.units.get_mut(number) else {
             return;
         };
@@ -348,7 +378,7 @@ where
         }
         // Nobody is ahead by more than the windows that units keep, but after a pause of all.
         while let Some(index) = self.next_window() {
-            self.evaluate(index, report);
+            self.evaluate(index, report, see);
         }
     }
 
@@ -382,7 +412,7 @@ where
     }
 
     #[inline(never)]
-    fn evaluate(&mut self, index: u64, report: ReportEvent<'_, T>) {
+    fn evaluate(&mut self, index: u64, report: ReportEvent<'_, T>, see: SeeWindow<'_, T, UNITS>) {
         let number = self.so_far.unwrap_or(0);
         let now = (index + 1).saturating_mul(HOP);
         let windows = core::array::from_fn(|unit| self.window_of(unit, index));
@@ -406,16 +436,25 @@ where
             has_begun,
             active: self.active(now),
         };
-        let (worst, named) = self.compare(&at);
+        let readings = self.corrected(&at);
+        let (worst, named) = self.compare(&at, &readings);
         if has_begun {
             self.look_at_vote(&at, named, report);
-            if self.decides_between_two || at.active.count() > 2 {
-                self.look_at_dispute(&at, &worst, report);
-                self.look_at_rest(&at, report);
-            }
+            self.look_at_dispute(&at, &worst, report);
+            self.look_at_rest(&at, report);
             self.disputed = disputed(&at, &worst);
             self.reinstate(&at, &worst, report);
         }
+        see(&CorrectedWindow {
+            number: index,
+            readings: &readings,
+            noise: core::array::from_fn(|unit| self.noise_of(unit, &windows)),
+            active: self.active(now),
+            disputed: self.dispute.map_or(self.disputed, |(pair, _)| {
+                UnitSet::of::<UNITS>(|unit| pair.contains(&unit))
+            }),
+            is_rest,
+        });
         self.select(now, report);
         self.learn(&at, number, &worst, report);
         self.so_far = Some(number.saturating_add(1));
@@ -500,10 +539,35 @@ where
         }
     }
 
+    /// Squared noise densities of the samples of a unit.
+    fn noise_of(&self, unit: usize, windows: &[UnitWindow<T>; UNITS]) -> [T; 2] {
+        let interval = self
+            .units
+            .get(unit)
+            .map_or(T::zero(), |unit| unit.windows.interval());
+        let scatter = windows.get(unit).map_or([T::zero(); 2], |window| window.scatter);
+        scatter.map(|scatter| scatter * interval)
+    }
+
+    /// Readings of all units in a window, less their errors.
+    fn corrected(&self, at: &Evaluated<'_, T, UNITS>) -> [Option<[T; CHANNELS]>; UNITS] {
+        let errors = self.errors_along(at.motion);
+        let mut corrected = [None; UNITS];
+        for (place, (window, errors)) in corrected.iter_mut().zip(at.windows.iter().zip(&errors)) {
+            let mut values = window.reading;
+            for (value, error) in values.iter_mut().zip(errors.as_flattened()) {
+                *value -= *error;
+            }
+            *place = window.is_whole.then_some(values);
+        }
+        corrected
+    }
+
     /// Compares all pairs over all scales: the largest ratio of each, and the unit that is named.
     fn compare(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
+        readings: &[Option<[T; CHANNELS]>; UNITS],
     ) -> (
         <Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         Option<Named<T>>,
@@ -513,7 +577,7 @@ where
         let shaking = vibration::of_set(vibrations, &is_active);
         let some = at.windows.iter().any(|window| window.is_whole);
         self.motion.take(at.motion, some);
-        self.take_pairs(at);
+        self.take_pairs(at, readings);
         let mut timing = self.units.each_ref().map(|unit| Timing {
             interval: unit.windows.interval(),
             delay_sigma: if self.finds_delays {
@@ -568,20 +632,8 @@ where
     }
 
     /// Adds what all pairs differ by in a window.
-    fn take_pairs(&mut self, at: &Evaluated<'_, T, UNITS>) {
-        let errors = self.errors_along(at.motion);
-        let mut corrected = [[T::zero(); CHANNELS]; UNITS];
-        for (values, (window, error)) in corrected.iter_mut().zip(at.windows.iter().zip(&errors)) {
-            let readings = window.reading.iter().zip(error.as_flattened());
-            for (value, (reading, error)) in values.iter_mut().zip(readings) {
-                *value = *reading - *error;
-            }
-        }
-        let of = |unit: usize| {
-            corrected
-                .get(unit)
-                .filter(|_| at.windows.get(unit).is_some_and(|w| w.is_whole))
-        };
+    fn take_pairs(&mut self, at: &Evaluated<'_, T, UNITS>, readings: &[Option<[T; CHANNELS]>; UNITS]) {
+        let of = |unit: usize| readings.get(unit).and_then(Option::as_ref);
         for (pair, [i, j]) in self.pairs.as_mut().iter_mut().zip(pairs::<UNITS>()) {
             let both = of(i).zip(of(j)).map(|(first, second)| [first, second]);
             pair.test.take(both, at.motion);

@@ -1,20 +1,21 @@
 //! Decisions of three and more units, by one model of their errors (docs/theory/set.md).
 //!
-//! The model judges sets of three units and more, each with all axes and fast enough, from when clocks may be known. Comparison of
-//! pairs judges slow sets, single axes, and the last two units beside an aiding measurement.
+//! The model judges sets of three units and more, and of two beside an aiding measurement, each with all axes and fast enough, from
+//! when clocks may be known. Comparison of pairs judges slow sets, single axes, and two units without an aiding measurement.
 
 use nalgebra::Vector3;
 
 use crate::products::{Length, matrix_product, transposed_product, zeros};
-use crate::real::{Real, real};
+use crate::real::{Real, real, seconds};
+use crate::redundancy::aiding::{AidedReading, AidingWindow};
 use crate::redundancy::components::{difference, larger};
 use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::isolation::attribution::Ground;
 use crate::redundancy::model::error::{Parameters, SecondaryErrors};
-use crate::redundancy::model::monitor::{SetEventKind, SetMonitor};
+use crate::redundancy::model::monitor::{CorrectedWindow, SetEvent, SetEventKind, SetMonitor};
 use crate::redundancy::model::own::Reason;
-use crate::redundancy::model::table::{STORED, UNCALIBRATED};
+use crate::redundancy::model::table::{HOP, STORED, UNCALIBRATED};
 use crate::redundancy::model::test::Exceedance;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::event::{Event, EventKind};
@@ -25,7 +26,7 @@ use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::AdoptionSettings;
 use crate::redundancy::unit_count::{UnitCount, Units};
 use crate::redundancy::unit_set::{UnitSet, pairs};
-use crate::sample::Sample;
+use crate::sample::{CHANNELS, Sample};
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Monitor<T, UNITS, AT_ONCE, AIDED>
 where
@@ -55,13 +56,23 @@ where
             angular_rate: turned(&sample.angular_rate),
         };
         let absent = UnitSet::of::<UNITS>(|number| !self.lives(number));
-        let (is_aided, decides) = (self.is_aided(), self.majority_decides);
+        let decides = self.majority_decides;
+        let gravity = platform.settings().evaluation.gravity;
         let (health, stored, named) = (&mut self.health, &mut self.stored, &mut self.named);
         let model = self.majority.as_mut().first_mut()?;
         let (windows, sound) = (model.windows(), model.sound());
         model.leave_out(absent);
-        model.decide_between_two(!is_aided);
-        model.push(number, &sample, &mut |event| {
+        let mut evidence = self
+            .aiding_channel
+            .first_mut()
+            .and_then(|channel| channel.aiding_evidence.as_mut())
+            .filter(|_| decides);
+        let mut see = |window: &CorrectedWindow<'_, T, UNITS>| {
+            if let Some(evidence) = &mut evidence {
+                evidence.advance(&aiding_window(window, gravity));
+            }
+        };
+        let mut tell = |event: &SetEvent<T>| {
             if !decides {
                 return;
             }
@@ -91,10 +102,31 @@ where
                 }
                 SetEventKind::Healthy | SetEventKind::Selected { .. } => {}
             }
-        });
+        };
+        model.push_seen(number, &sample, &mut tell, &mut see);
         if model.windows() != windows {
+            self.decide_by_aiding();
             self.clear_sound();
         }
+        Some(())
+    }
+
+    /// Names one of the last two units, where they disagree and an aiding measurement contradicts it.
+    #[inline(never)]
+    fn decide_by_aiding(&mut self) -> Option<()> {
+        let model = self.majority.as_ref().first().filter(|_| self.majority_decides)?;
+        let (pair, sensor) = model.two_disputed()?;
+        let evidence = self.aiding_channel.first()?.aiding_evidence.as_ref()?;
+        let (unit, proof) = evidence.decides(pair, true)?;
+        self.mark_wrong(
+            unit,
+            &HealthFault::Isolated {
+                sensor,
+                ground: proof.ground,
+                value: proof.value,
+                limit: proof.limit,
+            },
+        );
         Some(())
     }
 
@@ -104,9 +136,11 @@ where
         self.aiding_channel.iter().any(is_aided)
     }
 
-    /// Returns whether the model takes samples of the set: all units have all axes.
+    /// Returns whether the model takes samples of the set: all units have all axes, and two an aiding measurement beside them.
     fn is_of_majority(&self, platform: &Platform<T, UNITS>) -> bool {
-        !self.majority.as_ref().is_empty() && platform.units().iter().all(|unit| unit.axes == Axes::ALL)
+        !self.majority.as_ref().is_empty()
+            && (UNITS > 2 || self.is_aided())
+            && platform.units().iter().all(|unit| unit.axes == Axes::ALL)
     }
 
     /// Clears units that count again.
@@ -120,10 +154,8 @@ where
 
     /// Returns whether the model decides in this window; hands decisions over where that changes.
     pub(super) fn decides(&mut self, platform: &Platform<T, UNITS>) -> bool {
-        let is_of_two = |model: &SetMonitor<T, UNITS>| (1..3).contains(&model.sound().count());
-        let is_others =
-            |model: &SetMonitor<T, UNITS>| model.is_slow() || (self.is_aided() && is_of_two(model));
-        let decides = self.is_of_majority(platform) && !self.majority.as_ref().iter().any(is_others);
+        let decides =
+            self.is_of_majority(platform) && !self.majority.as_ref().iter().any(SetMonitor::is_slow);
         if decides != self.majority_decides {
             self.hand_over(decides);
         }
@@ -319,6 +351,32 @@ pub(super) fn contradict<T: Real, const UNITS: usize>(
     }
     if let Some(health) = health.get_mut(unit) {
         health.contradict(sensor, *fault);
+    }
+}
+
+/// Window of the model, for the comparison with aiding measurements.
+fn aiding_window<T: Real, const UNITS: usize>(
+    window: &CorrectedWindow<'_, T, UNITS>,
+    gravity: T,
+) -> AidingWindow<T, UNITS> {
+    let mut readings = [None; UNITS];
+    for (place, (channels, noise)) in readings.iter_mut().zip(window.readings.iter().zip(window.noise)) {
+        let reading = |channels: &[T; CHANNELS]| AidedReading {
+            reading: SENSORS.map(|sensor| sensor.triad(channels)),
+            noise,
+        };
+        *place = channels.as_ref().map(reading);
+    }
+    AidingWindow {
+        readings,
+        faulty: UnitSet::of::<UNITS>(|unit| !window.active.contains(unit)),
+        departing: window.disputed,
+        is_calm: window.disputed.count() == 0,
+        rests: window.is_rest,
+        number: window.number,
+        span: HOP,
+        length: seconds(HOP),
+        gravity,
     }
 }
 

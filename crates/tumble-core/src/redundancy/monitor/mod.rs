@@ -67,7 +67,7 @@ const SHORTEST_PAUSE: u64 = 4;
 /// Monitor of `UNITS` units, of which number 0 is the primary; it calibrates up to `AT_ONCE` secondaries at a
 /// time. All state is inside; the platform is passed with every call, so that it may lie in read-only memory.
 /// With `AT_ONCE` 0 it only watches: the code of calibrations and 2.4 kB are saved. `AIDED` is 1 where aiding measurements
-/// are received; 0 saves their code, and 860 bytes for a set of three.
+/// are received; 0 saves their code, and 2.7 kB for a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0>
 where

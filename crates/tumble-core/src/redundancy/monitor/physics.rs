@@ -145,7 +145,7 @@ where
     ) -> bool {
         let by_physics = off
             .physics
-            .is_some_and(|own| own.exceeds() && primary.value < own.value * real(MUCH_LESS)); // isolation.md, eq. 25
+            .is_some_and(|own| own.exceeds() && primary.value < own.value * real(MUCH_LESS)); // isolation.md, eq. 18
         let (siblings, alike) = self.siblings(platform, sensor, number);
         let alike = alike || self.is_shared(platform, sensor, number);
         let by_primary = first && off.primary.exceeds() && !(siblings && alike);
@@ -194,7 +194,7 @@ where
     }
 
     /// Trims a calibrated secondary to the primary at this rest, as far as one rest allows
-    /// (docs/theory/isolation.md, eq. 27).
+    /// (docs/theory/isolation.md, eq. 20).
     fn trim(
         &mut self,
         platform: &Platform<T, UNITS>,

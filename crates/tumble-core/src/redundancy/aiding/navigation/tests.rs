@@ -3,77 +3,70 @@ use crate::redundancy::draws::Draw;
 
 const GRAVITY: f64 = 9.8;
 const H: f64 = 0.05;
-const TOLERATED: ForceAndRate<f64> = ForceAndRate {
-    specific_force: 0.05,
-    angular_rate: 0.0075,
-};
+const SIGMA: f64 = 0.1;
 
-type Set = Navigation<f64, 2>;
 type Readings = [Vector3<f64>; 2];
 
-fn started() -> Set {
-    Navigation::start(&(Vector3::z() * GRAVITY), &Vector3::zeros(), true, &TOLERATED)
+fn started() -> Navigation<f64> {
+    Navigation::start(&(Vector3::z() * GRAVITY))
 }
 
-fn advance(set: &mut Set, measured: &Readings, deviations: &[Readings; 2], rests: bool) {
-    let [force, rate] = measured;
-    set.advance(&NavigationStep {
-        measured: [force, rate],
-        deviations,
+fn advance(unit: &mut Navigation<f64>, reading: &Readings, rests: bool) {
+    unit.advance(&NavigationStep {
+        reading,
+        noise: &[3.6e-3 / 0.09, 4e-6 / 0.09],
         length: H,
         gravity: GRAVITY,
         rests,
     });
 }
 
-/// A set that flies, tilted and turning, with a known heading.
-fn flying(draw: &mut Draw) -> Set {
-    let mut set = started();
-    set.heading = Heading::Known;
+/// A unit that flies, tilted and turning, with a known course.
+fn flying(draw: &mut Draw) -> Navigation<f64> {
+    let mut unit = started();
+    let (sine, cosine) = 0.7_f64.sin_cos();
+    unit.course = LevelCourse::Known([sine, cosine]);
     for _ in 0..20 {
         let readings = [
             Vector3::z() * GRAVITY + draw.vector(2.0),
             Vector3::new(0.3, -0.2, 0.4) + draw.vector(0.1),
         ];
-        advance(&mut set, &readings, &[[Vector3::zeros(); 2]; 2], false);
+        advance(&mut unit, &readings, false);
     }
-    set
+    unit
 }
 
 /// Errors of one kind each, small enough that all is linear.
 fn small_errors() -> impl Iterator<Item = Errors<f64>> {
     const SMALL: f64 = 1e-6;
-    (0..3).flat_map(|axis| {
+    let none = Errors::none();
+    let delay = Errors { delay: SMALL, ..none };
+    let each = (0..3).flat_map(move |axis| {
         let along = Vector3::ith(axis, SMALL);
-        let none = Errors::none();
-        let attitude = Errors {
-            attitude: along,
-            ..none
-        };
-        let velocity = Errors {
-            velocity: along,
-            ..none
-        };
-        let rate = Errors { rate: along, ..none };
         [
-            attitude,
-            velocity,
-            rate,
             Errors {
-                vertical: SMALL,
+                attitude: along,
                 ..none
             },
+            Errors {
+                velocity: along,
+                ..none
+            },
+            Errors { rate: along, ..none },
+            Errors { force: along, ..none },
         ]
-    })
+    });
+    each.chain([delay])
 }
 
 /// The errors that lead from one state to another.
-fn errors_between(from: &Set, to: &Set) -> Errors<f64> {
+fn errors_between(from: &Navigation<f64>, to: &Navigation<f64>) -> Errors<f64> {
     Errors {
         attitude: (to.level_from_primary * from.level_from_primary.inverse()).scaled_axis(),
         velocity: to.velocity - from.velocity,
         rate: to.rate_error - from.rate_error,
-        vertical: to.vertical_error - from.vertical_error,
+        force: to.force_error - from.force_error,
+        delay: to.delay - from.delay,
     }
 }
 
@@ -82,53 +75,32 @@ fn apart(one: &Errors<f64>, other: &Errors<f64>) -> f64 {
     difference.dot(&difference).sqrt()
 }
 
-#[test]
-fn an_error_moves_as_the_state_that_has_it() {
-    let mut draw = Draw(1);
-    for error in small_errors() {
-        let mut set = flying(&mut draw);
-        set.deviations = [[error, Errors::none()], [Errors::none(), error]];
-        let mut wrong = set;
-        wrong.correct(&error);
-        let readings = [draw.vector(10.0), draw.vector(0.5)];
-        for each in [&mut set, &mut wrong] {
-            advance(each, &readings, &[[Vector3::zeros(); 2]; 2], false);
-        }
-        let moved = errors_between(&set, &wrong);
-        let [[of_force, _], [_, of_rate]] = &set.deviations;
-        // Half a turn of a window is what the derivatives leave out.
-        assert!(apart(&moved, of_force) < 2e-8, "{moved:?} {of_force:?}");
-        assert!(apart(&moved, of_rate) < 2e-8, "{moved:?} {of_rate:?}");
+fn aided(value: Vector3<f64>) -> Aided<f64> {
+    Aided {
+        value,
+        sigma: Vector3::repeat(SIGMA),
+        windows: 0.0,
+        length: H,
     }
 }
 
 #[test]
-fn a_deviation_moves_the_state_as_a_reading_with_it_would() {
-    let mut draw = Draw(2);
-    for _ in 0..10 {
-        let set = flying(&mut draw);
+fn an_error_moves_as_the_state_that_has_it() {
+    let mut draw = Draw(1);
+    for error in small_errors() {
+        let mut unit = flying(&mut draw);
+        unit.course = LevelCourse::Sought(CourseSearch::with(error));
+        let mut wrong = unit;
+        wrong.correct(&error);
         let readings = [draw.vector(10.0), draw.vector(0.5)];
-        let deviation = [draw.vector(1e-5), draw.vector(1e-6)];
-        let [force, rate] = deviation;
-        let deviations = [[force, Vector3::zeros()], [Vector3::zeros(), rate]];
-        let mut of_set = set;
-        advance(&mut of_set, &readings, &deviations, false);
-        let [[of_force, _], [_, of_rate]] = &of_set.deviations;
-        for (own, measured) in [
-            (of_force, [readings[0] + force, readings[1]]),
-            (of_rate, [readings[0], readings[1] + rate]),
-        ] {
-            let mut other = set;
-            advance(&mut other, &measured, &[[Vector3::zeros(); 2]; 2], false);
-            let moved = errors_between(&of_set, &other);
-            assert!((moved.attitude - own.attitude).norm() < 2e-9, "{moved:?} {own:?}");
-            // A rate moves the velocity by half the attitude of the window, which is left to the next one.
-            let by_attitude = 0.5 * H * readings[0].norm() * own.attitude.norm();
-            assert!(
-                (moved.velocity - own.velocity).norm() < 2e-9 + by_attitude,
-                "{moved:?} {own:?}"
-            );
+        for each in [&mut unit, &mut wrong] {
+            advance(each, &readings, false);
         }
+        let moved = errors_between(&unit, &wrong);
+        let carried = unit.course_search().map(|search| search.of_all());
+        // Half a turn of a window is what the derivatives leave out.
+        let carried = carried.expect("the search goes on");
+        assert!(apart(&moved, &carried) < 2e-8, "{moved:?} {carried:?}");
     }
 }
 
@@ -136,36 +108,30 @@ fn a_deviation_moves_the_state_as_a_reading_with_it_would() {
 fn an_innovation_changes_with_the_state_by_its_derivatives() {
     let mut draw = Draw(3);
     for error in small_errors() {
-        let mut set = flying(&mut draw);
-        let aided = Aided {
-            value: draw.vector(3.0),
-            sigma: Vector3::repeat(0.1),
-            windows: 0.0,
-            length: H,
-        };
+        let mut unit = flying(&mut draw);
+        let aided = aided(draw.vector(3.0));
         let heading = AidedHeading {
             value: 0.3,
             sigma: 0.02,
             windows: 0.0,
         };
         for _ in 0..HEADINGS {
-            assert!(set.along_heading(&heading, false).is_none());
+            assert!(unit.along_heading(&heading, false).is_none());
         }
-        let mut wrong = set;
+        let mut wrong = unit;
         wrong.correct(&error);
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let innovations = |set: &mut Set| {
+        let innovations = |unit: &mut Navigation<f64>| {
             core::array::from_fn::<_, 7, _>(|number| {
                 let innovation = match number {
-                    0..3 => set.along_level(&axes[number], &aided),
-                    3..6 => set.along_primary(&axes[number - 3], &aided),
-                    _ => set.along_heading(&heading, false),
+                    0..3 => unit.along_level(number, &aided),
+                    3..6 => unit.along_primary(number - 3, &aided),
+                    _ => unit.along_heading(&heading, false),
                 };
-                innovation.expect("the heading is known")
+                innovation.expect("the course is known")
             })
         };
-        for (right, wrong) in innovations(&mut set).iter().zip(innovations(&mut wrong)) {
-            let change = right.of_set - wrong.of_set;
+        for (right, wrong) in innovations(&mut unit).iter().zip(innovations(&mut wrong)) {
+            let change = right.value - wrong.value;
             let predicted = right.row.dot(&error);
             assert!(
                 (change - predicted).abs() < 1e-9,
@@ -175,62 +141,117 @@ fn an_innovation_changes_with_the_state_by_its_derivatives() {
     }
 }
 
-#[test]
-fn noise_grows_with_time_and_with_the_square_of_motion() {
-    let still = Vector3::zeros();
-    let (rate, force) = (Vector3::new(0.2, -0.7, 0.4), Vector3::new(3.0, 1.0, -2.0));
-    let variances = |times: f64, windows: f64| noise(&(rate * times), &(force * times), windows * H);
-    let at_rest = noise(&still, &still, H);
-    assert!(at_rest.attitude.min() > 0.0 && at_rest.velocity.min() > 0.0 && at_rest.vertical > 0.0);
-    let once = variances(1.0, 1.0).plus(&at_rest, -1.0);
-    let twice = variances(2.0, 1.0).plus(&at_rest, -1.0);
-    assert!(once.attitude.min() > 0.0 && once.velocity.min() > 0.0);
-    assert!(apart(&twice, &once.plus(&once, 3.0)) < 1e-15);
-    let longer = variances(1.0, 2.0);
-    assert!(apart(&longer, &variances(1.0, 1.0).plus(&variances(1.0, 1.0), 1.0)) < 1e-15);
+/// Flies level at an acceleration that wanders, with velocities measured in a frame at a course, rad; calls with each.
+fn flown(course: f64, seconds: f64, mut take: impl FnMut(&Readings, Option<Aided<f64>>)) {
+    let mut draw = Draw(7);
+    let (sine, cosine) = course.sin_cos();
+    let mut velocity = Vector3::new(1.0, 0.5, 0.0);
+    for window in 1..(seconds / H) as u32 {
+        let t = f64::from(window) * H;
+        let acceleration = Vector3::new((0.8 * t).sin(), (0.5 * t).cos(), 0.2 * (1.1 * t).sin());
+        velocity += acceleration * H;
+        let turned = Vector3::new(
+            cosine * velocity.x - sine * velocity.y,
+            sine * velocity.x + cosine * velocity.y,
+            velocity.z,
+        );
+        let measured = (window % 4 == 0).then(|| aided(turned + draw.vector(SIGMA)));
+        take(
+            &[acceleration + Vector3::z() * GRAVITY, Vector3::zeros()],
+            measured,
+        );
+    }
 }
 
 #[test]
-fn a_tolerated_error_of_vertical_force_is_learned_in_seconds() {
-    let mut set = started();
-    let error = 0.6 * TOLERATED.specific_force;
-    let aided = Aided {
-        value: Vector3::zeros(),
-        sigma: Vector3::repeat(0.02),
-        windows: 0.0,
-        length: H,
+fn the_likelihood_of_a_course_is_that_of_a_filter_that_knows_it() {
+    let squares = |course: f64| {
+        let (sine, cosine) = course.sin_cos();
+        let (mut searching, mut knowing, mut sum) = (started(), started(), 0.0);
+        flown(0.4, 6.0, |readings, measured| {
+            advance(&mut searching, readings, false);
+            advance(&mut knowing, readings, false);
+            let Some(measured) = measured else { return };
+            searching.begin_along_level(&measured);
+            if knowing.course == LevelCourse::Unaided {
+                let [x, y] = [0, 1].map(|axis| {
+                    let [by_cosine, by_sine] = turned_back(axis, &measured.value.xy());
+                    by_cosine * cosine + by_sine * sine
+                });
+                knowing.begin(Vector3::new(x, y, measured.value.z), &measured.sigma, &measured);
+                knowing.course = LevelCourse::Known([sine, cosine]);
+                return;
+            }
+            for axis in 0..3 {
+                let innovation = knowing.along_level(axis, &measured).expect("the course is known");
+                sum += innovation.sigmas().powi(2);
+                knowing.update(&innovation);
+            }
+        });
+        let search = searching.course_search().expect("it goes on");
+        (search.likelihood().squares([sine, cosine]), sum)
     };
+    for course in [0.5, 0.4, 0.2] {
+        let (by_search, by_filter) = squares(course);
+        assert!(
+            (by_search - by_filter).abs() < 0.05 * by_filter,
+            "{course}: {by_search} {by_filter}"
+        );
+    }
+}
+
+#[test]
+fn the_course_is_found_within_its_sigma() {
+    for number in 0..8_u32 {
+        let course = f64::from(number) * 0.8 - 3.0;
+        let mut unit = started();
+        let mut found = None;
+        flown(course, 9.5, |readings, measured| {
+            advance(&mut unit, readings, false);
+            let Some(measured) = measured else { return };
+            unit.begin_along_level(&measured);
+            if let Some(([sine, cosine], variance)) = unit
+                .course_search()
+                .and_then(|search| search.likelihood().found(0.0))
+            {
+                unit.choose_course([sine, cosine], variance);
+                found = Some((sine.atan2(cosine), variance));
+            }
+        });
+        let (angle, variance) = found.expect("the motion shows it");
+        let beyond = within_half_a_turn(angle - course);
+        assert!(beyond.powi(2) < 16.0 * variance, "{course}: {angle}, {variance}");
+        assert!(matches!(unit.course, LevelCourse::Known(_)));
+    }
+}
+
+#[test]
+fn an_error_of_the_accelerometer_is_learned_in_seconds() {
+    let mut unit = started();
+    let error = 0.1;
     let readings = [Vector3::z() * (GRAVITY + error), Vector3::zeros()];
-    for _ in 0..200 {
-        advance(&mut set, &readings, &[[Vector3::zeros(); 2]; 2], true);
-        if let Some(innovation) = set.along_level(&Vector3::z(), &aided) {
-            set.update(&innovation);
+    for _ in 0..420 {
+        advance(&mut unit, &readings, true);
+        let aided = aided(Vector3::zeros());
+        unit.begin_along_level(&aided);
+        if let Some(innovation) = unit.along_level(2, &aided) {
+            unit.update(&innovation);
         }
     }
-    assert!(
-        (set.vertical_error - error).abs() < 0.1 * error,
-        "{}",
-        set.vertical_error
-    );
+    let found = unit.force_error.z + unit.course_search().map_or(0.0, |search| search.of_all().force.z);
+    assert!((found - error).abs() < 0.1 * error, "{found}");
 }
 
 #[test]
 fn the_first_velocity_of_an_aiding_measurement_is_taken() {
-    let aided = Aided {
-        value: Vector3::new(3.0, -2.0, 0.5),
-        sigma: Vector3::repeat(0.2),
-        windows: 0.0,
-        length: H,
-    };
-    let mut set = started();
-    set.begin_along_level(&aided);
-    assert_eq!(set.velocity, aided.value);
-    let later = Aided {
-        value: aided.value * 1.01,
-        ..aided
-    };
-    set.begin_along_level(&later);
-    assert_eq!(set.velocity, aided.value);
+    let first = aided(Vector3::new(3.0, -2.0, 0.5));
+    let mut unit = started();
+    unit.begin_along_level(&first);
+    assert_eq!(unit.velocity.z, first.value.z);
+    unit.choose_course([0.0, 1.0], 0.0);
+    assert_eq!(unit.velocity, first.value);
+    unit.begin_along_level(&aided(first.value * 1.01));
+    assert_eq!(unit.velocity, first.value);
 }
 
 #[test]
@@ -241,15 +262,15 @@ fn headings_refer_to_the_mean_of_the_first_ones() {
         sigma: 0.02,
         windows: 0.0,
     };
-    let (mut set, mut sum) = (started(), 0.0);
+    let (mut unit, mut sum) = (started(), 0.0);
     for _ in 0..HEADINGS {
         let value = 1.2 + 0.1 * draw.normal();
         sum += value;
-        assert!(set.along_heading(&heading(value), false).is_none());
+        assert!(unit.along_heading(&heading(value), false).is_none());
     }
     let mean = sum / f64::from(HEADINGS);
-    let at_mean = set.along_heading(&heading(mean), false);
-    assert!(at_mean.is_some_and(|innovation| innovation.of_set.abs() < 1e-12));
-    let beyond = set.along_heading(&heading(mean + 0.1), false);
-    assert!(beyond.is_some_and(|innovation| (innovation.of_set - 0.1).abs() < 1e-12));
+    let at_mean = unit.along_heading(&heading(mean), false);
+    assert!(at_mean.is_some_and(|innovation| innovation.value.abs() < 1e-12));
+    let beyond = unit.along_heading(&heading(mean + 0.1), false);
+    assert!(beyond.is_some_and(|innovation| (innovation.value - 0.1).abs() < 1e-12));
 }
