@@ -73,13 +73,16 @@ def place(tmp_path, monkeypatch):
     return made
 
 
-def day(settings, reports):
-    """Works as an operator does, from where the bench is; `reports` gets a letter for what a page shows."""
+def day(settings, reports, ports):
+    """Works as an operator does, from where the bench is; `reports` gets a letter for what a page shows.
+
+    Sources have a port each: a fork would choose that of another fork again.
+    """
     with closing(Bench(settings)) as bench:
         bench.choose("turntable")
-        for name in NAMES:
+        for name, port in zip(NAMES, ports, strict=True):
             if name not in [each.name for each in bench.sources]:
-                bench.add_source(BenchSource(name, f"udp://127.0.0.1:{free_port()}"))
+                bench.add_source(BenchSource(name, f"udp://127.0.0.1:{port}"))
         reports.send(b"s")
         engine, finished = bench.engine, [run for run in bench.earlier() if run.is_finished]
         if bench.offered is not None:
@@ -122,11 +125,12 @@ def test_a_killed_bench_loses_and_doubles_nothing(place):
     chance = random.Random(drawn_seed())
     for each in range(DAYS):
         settings, reported = place(each), b""
+        ports = [free_port() for _ in NAMES]
         ours, told = socket.socketpair(type=socket.SOCK_DGRAM)
         ours.setblocking(False)
         for number in [*(chance.randrange(1, MOST_OPERATIONS) for _ in range(KILLS)), 0]:
             print(each, number)
-            killed_at(lambda now=settings, to=told: day(now, to), number)
+            killed_at(lambda now=settings, to=told, at=ports: day(now, to, at), number)
             with suppress(BlockingIOError):
                 while True:
                     reported += ours.recv(1)

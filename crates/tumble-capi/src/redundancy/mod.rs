@@ -77,7 +77,7 @@ pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 3
 
 /// Words for aiding measurements; `cbindgen.toml` has them for C.
 pub const TUMBLE_AIDING_WORDS: usize = if cfg!(feature = "aiding") {
-    8 + 110 * UNITS
+    8 + 111 * UNITS
 } else {
     0
 };

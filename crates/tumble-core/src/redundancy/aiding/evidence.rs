@@ -17,7 +17,7 @@ const FORGOTTEN: f32 = 0.4;
 /// Largest evidence that accumulates, so that later evidence can revise a decision.
 const MOST: f64 = 15.0;
 
-/// AidedMisfit of an axis, sigmas, above which a measurement fits no unit, and its squares over one, two and three axes: of one chance.
+/// Misfit of an axis, sigmas, above which a measurement fits no unit, and its squares over one, two and three axes: of one chance.
 const FITS_NONE: f64 = 4.0;
 const BEYOND: [f32; 3] = [16.0, 19.3, 22.1];
 
@@ -167,7 +167,7 @@ pub(crate) struct AidingWindow<T: Real, const UNITS: usize> {
     pub gravity: T,
 }
 
-/// AidedMisfit of a unit with one measurement.
+/// Misfit of a unit with one measurement.
 #[derive(Clone, Copy)]
 struct AidedMisfit<T: Real> {
     /// Misfit of each axis that was compared, sigmas, and the sum of their squares.
