@@ -78,7 +78,7 @@ def test_recorded_live_run_replays_to_the_same_events_and_store(words, tmp_path)
         *words, "--primary", "imu1", *QUICK, "-o", tmp_path / "live", "--store", tmp_path / "store",
         "--record", tmp_path / "session",
     )  # fmt: skip
-    assert code == 0
+    assert code == 0, result
     assert {error["unit"] for error in result["errors"]} == {"imu2"}
     again = typed(
         "redundancy", tmp_path / "session", "--primary", "imu1", *QUICK, "-o", tmp_path / "again",
