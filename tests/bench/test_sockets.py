@@ -394,7 +394,7 @@ def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
 
     async def sleep(wanted):
         nonlocal now
-        now += 1e-6 if wanted else 0.0
+        now += 5e-5 if wanted else 0.0
         await others_run(0)
 
     monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)

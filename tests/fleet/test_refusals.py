@@ -14,7 +14,7 @@ import pytest
 import typer
 
 from fleet_jobs import LosingEngine, SerialEngine, function_job, results_of, run_job
-from repetitions import drawn_seed, repetitions
+from repetitions import drawn_seed, few, repetitions
 from tumble.cli.commands import command_line_for
 from tumble.cli.live_options import LIVE
 from tumble.fleet import ray_engine
@@ -132,7 +132,7 @@ def test_no_value_of_a_manifest_is_another_option(tmp_path, monkeypatch, procedu
         ["a", "-o"],
     ]
     for name in sorted(options_of_inputs(procedure)):
-        for value in hostile:
+        for value in few(hostile, 4):
             table = {"place": ["--mcap=a.csv"], "options": [json.dumps({name: value})]}
             pq.write_table(pa.table(table), "units.parquet")
             refusal, given = "", FleetInput("")
