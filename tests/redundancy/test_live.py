@@ -73,7 +73,7 @@ def chunk_of(unit, part):
     return Chunk(unit.time[part], unit.readings[part, :3].copy(), unit.readings[part, 3:].copy())
 
 
-def test_recorded_live_run_replays_to_the_same_events_and_store(words, tmp_path):
+def test_recorded_live_run_replays_to_the_same_events_and_store(words, tmp_path, simulated_clock):
     code, events, result = watched(
         *words, "--primary", "imu1", *QUICK, "-o", tmp_path / "live", "--store", tmp_path / "store",
         "--record", tmp_path / "session",
