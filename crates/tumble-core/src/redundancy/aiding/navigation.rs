@@ -217,7 +217,7 @@ impl<T: Real> Navigation<T> {
     /// Updates the state with a measurement; an outlier moves it no further than a large one that is plausible.
     pub fn update(&mut self, innovation: &Innovation<T>) {
         let sigmas = innovation.sigmas().abs();
-        let taper = (real::<T>(TAPERED) / sigmas.max(real(TAPERED))).min(T::one());
+        let taper = real::<T>(TAPERED) / sigmas.max(real(TAPERED));
         self.covariance.narrow(&innovation.across, innovation.variance);
         let gain = innovation.value * taper / innovation.variance;
         self.correct(&Errors::none().plus(&innovation.across, gain)); // set.md, eq. 31
@@ -292,7 +292,7 @@ impl<T: Real> Navigation<T> {
     /// Innovation along one axis of a velocity in the axes of the primary.
     pub fn along_primary(&self, axis: usize, aided: &Aided<T>) -> Option<Innovation<T>> {
         let direction: Vector3<T> = unit_along(axis);
-        let (value, sigma) = (aided.value.dot(&direction), aided.sigma.dot(&direction));
+        let (value, sigma) = (*aided.value.get(axis)?, *aided.sigma.get(axis)?);
         if !value.is_finite() || !sigma.is_finite() {
             return None;
         }

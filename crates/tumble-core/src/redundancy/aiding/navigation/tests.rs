@@ -243,6 +243,30 @@ fn an_error_of_the_accelerometer_is_learned_in_seconds() {
 }
 
 #[test]
+fn an_axis_of_a_body_velocity_is_compared_without_the_others() {
+    let unit = flying(&mut Draw(7));
+    let all = aided(Vector3::new(3.0, -2.0, 0.5));
+    for axis in 0..3 {
+        let only = |value: &Vector3<f64>, other| {
+            Vector3::from_fn(|row, _| if row == axis { value[row] } else { other })
+        };
+        let alone = Aided {
+            value: only(&all.value, f64::NAN),
+            sigma: only(&all.sigma, f64::INFINITY),
+            ..all
+        };
+        for other in 0..3 {
+            let innovation = unit.along_primary(other, &alone);
+            let expected = unit.along_primary(other, &all).filter(|_| other == axis);
+            assert_eq!(
+                innovation.map(|each| [each.value, each.variance]),
+                expected.map(|each| [each.value, each.variance]),
+            );
+        }
+    }
+}
+
+#[test]
 fn the_first_velocity_of_an_aiding_measurement_is_taken() {
     let first = aided(Vector3::new(3.0, -2.0, 0.5));
     let mut unit = started();
