@@ -389,6 +389,15 @@ def test_guests_get_their_work_done_in_turn(monkeypatch):
     assert not work._lines
 
 
+def operator_and_viewers(number, *, addresses):
+    """Returns the access of a bench, its operator, and this number of viewers from so many addresses."""
+    access = Access(needs_token=True)
+    operator = access.enter(access.token, "10.0.0.1")
+    access.beat(operator.key)
+    viewers = [access.enter(access.viewer_token, f"10.0.1.{each % addresses}") for each in range(number)]
+    return access, operator, viewers
+
+
 def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
     now, others_run, seconds, takes, turns = 0.0, asyncio.sleep, 20.0, 0.3, 6
 
@@ -399,10 +408,7 @@ def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
 
     monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)
     monkeypatch.setattr(guest_work.clock, "now", lambda: now)
-    access = Access(needs_token=True)
-    operator = access.enter(access.token, "10.0.0.1")
-    access.beat(operator.key)
-    viewers = [access.enter(access.viewer_token, f"10.0.1.{number % 5}") for number in range(15)]
+    access, operator, viewers = operator_and_viewers(15, addresses=5)
     waits, handled = [], Counter()
 
     async def turned():
@@ -505,10 +511,7 @@ def test_messages_of_guests_leave_time_for_the_operator(monkeypatch):
 
     monkeypatch.setattr(guest_work.asyncio, "sleep", sleep)
     monkeypatch.setattr(guest_work.clock, "now", lambda: now)
-    access = Access(needs_token=True)
-    operator = access.enter(access.token, "10.0.0.1")
-    access.beat(operator.key)
-    viewers = [access.enter(access.viewer_token, f"10.0.1.{number % 2}") for number in range(16)]
+    access, operator, viewers = operator_and_viewers(16, addresses=2)
     waits = {each.key: [] for each in (operator, *viewers)}
 
     async def application(scope, receive, _send):
