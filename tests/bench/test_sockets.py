@@ -132,36 +132,67 @@ def test_lines_that_do_not_speak_tls_are_closed(secured):
     assert BenchClient(secured.served["viewer"]).get("/units")[0] == 200
 
 
-def test_one_viewer_leaves_sockets_for_the_operator(plain):
+def operator_and_viewers(number, *, addresses):
+    """Returns the access of a bench, its operator, and this number of viewers from so many addresses."""
+    access = Access(needs_token=True)
+    operator = access.enter(access.token, "10.0.0.1")
+    access.beat(operator.key)
+    viewers = [access.enter(access.viewer_token, f"10.0.1.{each % addresses}") for each in range(number)]
+    return access, operator, viewers
+
+
+def connection(gate, browser, kind, receive, send=None):
+    """Returns a request of a browser, or its socket, on its way through the gate."""
+    key = f"{gate._access.cookie_of(browser.rank)}={browser.key}".encode()
+    headers = [(b"host", b"bench"), (b"origin", b"http://bench"), (b"cookie", key)]
+    asked = {"method": "GET", "path": "/log", "query_string": b""}
+    return gate({"type": kind, "headers": headers, "client": ("", 0), **asked}, receive, send)
+
+
+def sockets_of(access, browsers):
+    """Returns the sockets that each browser has once all ask for one more than one may have."""
+    opened, over = Counter(), asyncio.Event()
+
+    async def application(scope, _receive, _send):
+        opened[scope[BROWSER].key] += 1
+        await over.wait()
+
+    async def receive():
+        return {"type": "websocket.connect"}
+
+    async def send(message):
+        assert message == {"type": "websocket.close", "code": 1008}
+
+    async def asked():
+        gate = Gate(application, access, BenchSettings(folder=Path(), host="10.0.0.9"))
+        wanted = [each for each in browsers for _ in range(MOST_SOCKETS_OF_ONE + 1)]
+        tasks = [asyncio.create_task(connection(gate, each, "websocket", receive, send)) for each in wanted]
+        await asyncio.sleep(0)
+        over.set()
+        await asyncio.gather(*tasks)
+
+    asyncio.run(asked())
+    return [opened[each.key] for each in browsers]
+
+
+def test_viewers_of_one_computer_leave_sockets_for_the_operator(plain):
+    access, operator, viewers = operator_and_viewers(MOST_SOCKETS, addresses=1)
+    *taken, of_operator = sockets_of(access, [*viewers, operator])
+    assert (sum(taken), of_operator) == (MOST_SOCKETS_OF_ONE, MOST_SOCKETS_OF_ONE)
     with ExitStack() as taken:
-        operator = plain.operator()
-        opened = 0
-        for _ in range(MOST_SOCKETS // MOST_SOCKETS_OF_ONE + 1):
-            cookie = BenchClient(plain.served["viewer"]).cookie
-            for _ in range(MOST_SOCKETS_OF_ONE):
-                with suppress(Exception):
-                    taken.enter_context(BenchClient(plain.served["viewer"], "/", cookie))
-                    opened += 1
-        assert opened == MOST_SOCKETS_OF_ONE
-        with operator, BenchClient(plain.served["operator"]) as other:
+        cookie = BenchClient(plain.served["viewer"]).cookie
+        for _ in range(MOST_SOCKETS_OF_ONE + 1):
+            with suppress(Exception):
+                taken.enter_context(BenchClient(plain.served["viewer"], "/", cookie))
+        with plain.operator() as operator, BenchClient(plain.served["operator"]) as other:
             operator.wait(lambda: operator.shows("You hold the bench"))
             other.wait(lambda: other.shows("Browser 1 holds the bench"))
 
 
 def test_whoever_holds_the_bench_always_has_a_socket():
-    access = Access(needs_token=False)
-    gate = Gate(None, access, BenchSettings(folder=Path()))
-    holder = access.enter("", "10.0.0.1")
-    access.beat(holder.key)
-    others = [access.enter("", f"10.0.1.{number}") for number in range(MOST_SOCKETS)]
-    for each in others:
-        while gate._has_room(each):
-            gate._sockets.append(each)
-    assert len(gate._sockets) == MOST_SOCKETS - MOST_SOCKETS_OF_ONE
-    for _ in range(MOST_SOCKETS_OF_ONE):
-        assert gate._has_room(holder)
-        gate._sockets.append(holder)
-    assert not gate._has_room(holder)
+    access, operator, viewers = operator_and_viewers(MOST_SOCKETS, addresses=MOST_SOCKETS)
+    *taken, of_operator = sockets_of(access, [*viewers, operator])
+    assert (sum(taken), of_operator) == (MOST_SOCKETS - MOST_SOCKETS_OF_ONE, MOST_SOCKETS_OF_ONE)
 
 
 def test_whoever_enters_again_and_again_crowds_nobody_out():
@@ -389,15 +420,6 @@ def test_guests_get_their_work_done_in_turn(monkeypatch):
     assert not work._lines
 
 
-def operator_and_viewers(number, *, addresses):
-    """Returns the access of a bench, its operator, and this number of viewers from so many addresses."""
-    access = Access(needs_token=True)
-    operator = access.enter(access.token, "10.0.0.1")
-    access.beat(operator.key)
-    viewers = [access.enter(access.viewer_token, f"10.0.1.{each % addresses}") for each in range(number)]
-    return access, operator, viewers
-
-
 def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
     now, others_run, seconds, takes, turns = 0.0, asyncio.sleep, 20.0, 0.3, 6
 
@@ -434,21 +456,15 @@ def test_work_of_guests_is_charged_by_time_and_never_in_bursts(monkeypatch):
 
     gate = Gate(application, access, BenchSettings(folder=Path(), host="10.0.0.9"))
 
-    def scope_of(browser, kind):
-        cookie = f"{access.cookie_of(browser.rank)}={browser.key}".encode()
-        headers = [(b"host", b"bench"), (b"origin", b"http://bench"), (b"cookie", cookie)]
-        asked = {"method": "GET", "path": "/log", "query_string": b""}
-        return {"type": kind, "headers": headers, "client": ("", 0), **asked}
-
     async def receive():
         return {"type": "websocket.receive", "text": "a click"}
 
     async def pages(browser):
         while now < seconds:
-            await gate(scope_of(browser, "http"), receive, None)
+            await connection(gate, browser, "http", receive)
 
     async def flood():
-        sockets = (gate(scope_of(each, "websocket"), receive, None) for each in (operator, *viewers))
+        sockets = (connection(gate, each, "websocket", receive) for each in (operator, *viewers))
         await asyncio.gather(*sockets, *map(pages, viewers))
 
     asyncio.run(flood())
@@ -525,10 +541,7 @@ def test_messages_of_guests_leave_time_for_the_operator(monkeypatch):
             await others_run(0)
             return {"type": "websocket.receive", "text": text, "came": now}
 
-        headers = [(b"host", b"bench"), (b"origin", b"http://bench")]
-        cookie = f"{access.cookie_of(browser.rank)}={browser.key}".encode()
-        scope = {"type": "websocket", "headers": [*headers, (b"cookie", cookie)], "client": ("", 0)}
-        return gate(scope, receive, None)
+        return connection(gate, browser, "websocket", receive)
 
     async def flood():
         large = "x" * guest_work.WORK_OF_A_MESSAGE * 9
