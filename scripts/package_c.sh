@@ -1,12 +1,14 @@
 #!/bin/sh
 # Packs what firmware in C needs and no Rust: header, static libraries, files for pkg-config and CMake, licences.
-# package_c.sh OUT [CARGO_FOLDER] writes OUT/tumble-VERSION-c.tar.gz; libraries are built in CARGO_FOLDER (target).
+# package_c.sh OUT [CARGO_FOLDER [TARGET...]] writes OUT/tumble-VERSION-c.tar.gz; libraries are built in CARGO_FOLDER
+# (target), for this machine and for the devices named, or all.
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 cargo_folder=${2:-$root/target}
+if [ $# -gt 2 ]; then shift 2; else set -- thumbv7em-none-eabihf thumbv6m-none-eabi; fi
 version=$(sed -n 's/^version = "\(.*\)"$/\1/p' "$root/Cargo.toml")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -24,7 +26,7 @@ install_for() {
 
 host=$(rustc -vV | sed -n 's/^host: //p')
 install_for "$host"
-for target in thumbv7em-none-eabihf thumbv6m-none-eabi; do
+for target; do
     install_for "$target" -DTUMBLE_RUST_TARGET="$target" -DTUMBLE_CARGO="$root/scripts/cargo_for_device.sh"
 done
 cp "$root/LICENSE-APACHE" "$root/LICENSE-MIT" "$work/$name"

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from fleet_jobs import SerialEngine
+from repetitions import SOAK
 
 ROOT = Path(__file__).parents[2]
 
@@ -45,6 +47,48 @@ class OneThread(ThreadPoolExecutor):
 
 POOLED = (accuracy, truths, spin, spin_live, redundancy_adoptions)
 
+CELLS = [4, 13, 22, 31] if SOAK else [4, 31]
+"""Numbers of the cells of accuracy that are measured, some of white noise and some with bias instability."""
+
+MISSIONS = (3, 4) if SOAK else (1, 1)
+"""Number of missions that are flown with errors, and with faults."""
+
+LINKED = (footprint.BASELINE, "apply", "instructions")
+"""Images of which the size, or what instructions they take, is measured anew."""
+
+
+def link() -> None:
+    """Builds the platform and `LINKED`, each of which is optimised by itself."""
+    subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
+    options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
+    wanted = (word for image in LINKED for word in ("--bin", image))
+    command = ("scripts/cargo_for_device.sh", "build", *options, "--target-dir", "target", *wanted)
+    subprocess.run((*command, "--package", "footprint"), check=True, cwd=ROOT)
+
+
+def shorten(keep, kept):
+    """Makes benchmarks shorter than their smallest setting; what is not measured has its figures of `kept`.
+
+    Rows that a table has by the dozen come from a few cases. No processes are timed that do next to nothing,
+    and no images linked for the size of one part each: `make soak` does that.
+    """
+    for name, rows in (
+        ("SHAKINGS", (0, 3, 7)),
+        ("ROCKINGS", (0, 3, 7)),
+        ("BUMPS", (0, 4)),
+        ("SHARES", (0, 2)),
+    ):
+        keep.setattr(disturbed, name, tuple(getattr(disturbed, name)[row] for row in rows))
+    times = results.load("speed", kept)
+    for part in ("start_up", "help"):
+        keep.setitem(speed.PARTS, part, lambda *_, part=part: times[part])
+    keep.setattr(production, "main", lambda _: None)
+    keep.setattr(memory, "TINY", ("ROS 1 bag",))
+    keep.setattr(footprint, "build", link)
+    measured, figures = footprint.flash, results.load("footprint", kept)
+    taken = {part: figures["empty_bytes"] + size for part, size in figures["flash_bytes"].items()}
+    keep.setattr(footprint, "flash", lambda image: measured(image) if image in LINKED else taken[image])
+
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
@@ -58,7 +102,10 @@ def measured(tmp_path_factory):
         keep.setattr(module, "ProcessPoolExecutor", OneThread)
     keep.setattr(seeds, "engine_of", lambda *_: SerialEngine())
     keep.setattr(redundancy_campaign, "FLOWN", folder / "flown")
-    accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
+    if not SOAK:
+        shorten(keep, folder)
+    errors, faults = map(str, MISSIONS)
+    accuracy.main(["--sessions", "2", "--cells", ",".join(map(str, CELLS))])
     disturbed.main(["--sessions", "1"])
     truths.main(["--sessions", "2"])
     spin.main(["--sessions", "2"])
@@ -67,9 +114,9 @@ def measured(tmp_path_factory):
     production.main(["--tiny"])
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
-    redundancy_adoptions.main(["--missions", "3", "--cores", "1"])
-    keep.setattr(redundancy_campaign, "MISSIONS", 4)
-    redundancy_campaign.main(["--missions", "4", "--jobs", "1"])
+    redundancy_adoptions.main(["--missions", errors, "--cores", "1"])
+    keep.setattr(redundancy_campaign, "MISSIONS", MISSIONS[1])
+    redundancy_campaign.main(["--missions", faults, "--jobs", "1"])
     keep.setattr(redundancy_precision, "MISSIONS", 1)
     redundancy_precision.main(["--missions", "1", "--jobs", "1"])
     footprint.main([])
@@ -79,7 +126,7 @@ def measured(tmp_path_factory):
 
 def test_every_cell_is_measured_and_every_figure_is_a_number(measured):
     content = results.load("accuracy", measured)
-    assert [cell["cell"] for cell in content["cells"]] == [4, 13, 22, 31]
+    assert [cell["cell"] for cell in content["cells"]] == CELLS
     for cell in content["cells"]:
         assert 0.0 < cell["largest"]["ratio"] < 10.0
         assert 0 <= cell["above"] <= cell["parameters"] == 24

@@ -97,6 +97,8 @@ def laws(language: str, archive: Path, *options: str) -> Path:
     """Builds the test program of a language beside the library."""
     sources = sorted((CAPI / "tests" / language).glob(f"*.{language}"))
     program = archive.parent / f"laws_{language}{len(options)}"
+    if program.is_file():
+        return program
     done([*LANGUAGES[language], *STRICT, *options, *sources, archive, "-lcjson", "-lm", "-o", program])
     return program
 
@@ -356,7 +358,7 @@ SINGLE = [(part,) for part in (*PARTS, *OF_A_SET) if part != "redundancy"]
 
 @pytest.mark.parametrize(
     "left_out",
-    [("redundancy",), PARTS, *(pytest.param(parts, marks=SLOW) for parts in (OF_A_SET, *SINGLE))],
+    [PARTS, *(pytest.param(parts, marks=SLOW) for parts in (("redundancy",), OF_A_SET, *SINGLE))],
     ids="+".join,
 )
 def test_an_image_without_some_parts_is_smaller(

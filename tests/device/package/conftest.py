@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from package.packages import CARGO_FOLDER, ROOT, try_to_run
+from package.packages import CARGO_FOLDER, CRATE, ROOT, NotedCargo, build, try_to_run
 
 # kconfiglib reads Kconfig in Zephyr's build; scons builds for PlatformIO, which also checks manifests.
 PACKAGES = ["kconfiglib==14.1.0", "scons==4.11.1", "platformio==6.2.0"]
@@ -30,6 +30,20 @@ def cortex_m():
 
 
 @pytest.fixture(scope="session")
+def host_library(tmp_path_factory):
+    """The library of all parts and three units, for this machine."""
+    folder = tmp_path_factory.mktemp("library")
+    build(CRATE, folder)
+    return folder / "libtumble.a"
+
+
+@pytest.fixture
+def noted_cargo(tmp_path_factory, host_library):
+    """A function that makes the cargo whose calls are noted, for a number of units."""
+    return lambda units: NotedCargo(tmp_path_factory.mktemp("noted"), host_library, units)
+
+
+@pytest.fixture(scope="session")
 def python():
     """A Python that has the packages above; kept, so that they are fetched once."""
     return with_packages(CARGO_FOLDER / "package-tools", PACKAGES)
@@ -44,11 +58,14 @@ def python_of_esp_idf():
 def with_packages(folder: Path, packages: list[str]) -> Path:
     """Path of a Python in a folder, in which these packages are installed."""
     python = folder / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
-    installed = try_to_run(
-        python, "-m", "pip", "--quiet", "--disable-pip-version-check", "install", *packages
-    )
+    listed = folder / "packages.txt"
+    if listed.is_file() and listed.read_text().split() == packages:
+        return python
+    # A pip of its own would take longer to unpack than these packages; uv is the one that installs ours.
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    installer = (sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", python)
+    installed = try_to_run(*installer, *packages)
     if installed.returncode != 0:
         pytest.skip(f"{', '.join(packages)} could not be installed: {installed.stderr.strip()[-300:]}")
+    listed.write_text("\n".join(packages))
     return python

@@ -7,6 +7,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from repetitions import SOAK
+
 ROOT = Path(__file__).parents[3]
 CRATE = ROOT / "crates" / "tumble-capi"
 HERE = Path(__file__).parent
@@ -83,6 +85,34 @@ def build(source: Path, folder: Path, **options: str | Path | int) -> None:
     """Configures and builds a CMake project."""
     run(*configuring(source, folder, **options))
     run("cmake", "--build", folder)
+
+
+class NotedCargo:
+    """A cargo that notes what a project asks of it, for tests of what reaches it; `make soak` lets it build.
+
+    A library for another number of units, or of fewer parts, takes half a minute to build. Otherwise it hands
+    over the library for three units with all parts, which links as well.
+    """
+
+    def __init__(self, folder: Path, library: Path, units: object) -> None:
+        """Writes the program into `folder`, where builds for `units` find it."""
+        self.folder = cargo_folder(units) if SOAK else folder / "built"
+        """Folder in which cargo builds."""
+        self.program = folder / "bin" / "cargo"
+        self._asked = folder / "asked"
+        built = f"mkdir -p {self.folder}/device && cp {library} {self.folder}/device/libtumble_capi.a"
+        build = f'exec {shutil.which("cargo")} "$@"' if SOAK else built
+        self.program.parent.mkdir()
+        self.program.write_text(f'#!/bin/sh\necho "$TUMBLE_UNITS units, $*" >>{self._asked}\n{build}\n')
+        self.program.chmod(0o755)
+
+    def was_asked_for(self, units: int, *left_out: str) -> bool:
+        """Indicates whether each library was to be for `units`, without the parts named and no others."""
+        wanted = ["freestanding", *(part.lower() for part in PARTS if part.lower() not in left_out)]
+        calls = self._asked.read_text().splitlines()
+        features = [call.partition("--no-default-features --features ")[2].split(" ")[0] for call in calls]
+        same = [sorted(found.split(",")) == sorted(wanted) for found in features]
+        return bool(calls) and all(same) and all(call.startswith(f"{units} units, ") for call in calls)
 
 
 def configuring(source: Path, folder: Path, **options: str | Path | int) -> list[str | Path]:

@@ -44,8 +44,10 @@ def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path):
     assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
-def test_parts_are_left_out_of_an_installed_package_and_of_sources(tmp_path):
+def test_parts_are_left_out_of_an_installed_package_and_of_sources(tmp_path, noted_cargo):
+    cargo = noted_cargo(3)
     left_out = {"TUMBLE_SPIN": "OFF", "TUMBLE_REDUNDANCY": "OFF"}
+    left_out |= {"TUMBLE_CARGO": cargo.program, "TUMBLE_CARGO_FOLDER": cargo.folder}
     build(CRATE, tmp_path / "tumble", **left_out)
     run("cmake", "--install", tmp_path / "tumble", "--prefix", tmp_path / "installed")
     build(HERE / "consumer", tmp_path / "consumer", CMAKE_PREFIX_PATH=tmp_path / "installed")
@@ -54,6 +56,7 @@ def test_parts_are_left_out_of_an_installed_package_and_of_sources(tmp_path):
     assert "-DTUMBLE_UNITS=3 -DTUMBLE_WITHOUT_SPIN -DTUMBLE_WITHOUT_REDUNDANCY\n" in said
     build(HERE / "consumer", tmp_path / "sources", TUMBLE_SOURCE=CRATE, **left_out)
     assert run(tmp_path / "sources" / "consumer") == WITHOUT_SETS
+    assert cargo.was_asked_for(3, "spin", "redundancy")
 
 
 @pytest.mark.parametrize("units", ["1", "9", "many"])

@@ -9,7 +9,6 @@ import pytest
 import yaml
 
 from package.packages import (
-    CARGO_FOLDER,
     CRATE,
     HERE,
     MANY_UNITS,
@@ -108,14 +107,23 @@ def application_of_zephyr(**configuration):
 
 
 def test_an_application_of_zephyr_links_the_module(tmp_path):
+    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE))
+    assert run(tmp_path / "consumer") == "3 units: it was done\n"
+
+
+@only_soak("builds nearly all of it for more units, of which cargo is told by the test below")
+def test_a_zephyr_application_links_a_module_of_many_units(tmp_path):
     build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, CONFIG_TUMBLE_UNITS=MANY_UNITS))
     assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
-def test_zephyr_application_links_what_kconfig_left_of_the_module(tmp_path):
-    left_out = {"CONFIG_TUMBLE_SPIN": "", "CONFIG_TUMBLE_REDUNDANCY": ""}
+def test_zephyr_application_links_what_kconfig_left_of_the_module(tmp_path, noted_cargo):
+    cargo = noted_cargo(MANY_UNITS)
+    left_out = {"CONFIG_TUMBLE_SPIN": "", "CONFIG_TUMBLE_REDUNDANCY": "", "CONFIG_TUMBLE_UNITS": MANY_UNITS}
+    left_out |= {"TUMBLE_CARGO": cargo.program, "TUMBLE_CARGO_FOLDER": cargo.folder}
     build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, **left_out))
     assert run(tmp_path / "consumer") == WITHOUT_SETS
+    assert cargo.was_asked_for(MANY_UNITS, "spin", "redundancy")
 
 
 @pytest.mark.parametrize("configuration", [{}, {"CONFIG_ARCH_POSIX": "y"}, {"CONFIG_64BIT": "y"}])
@@ -184,11 +192,15 @@ def esp_idf(folder, chip, **configuration):
     return try_to_run(*command, IDF_PATH=str(HERE / "esp_idf" / "stand_in"))
 
 
-def test_a_project_of_esp_idf_links_what_kconfig_left(tmp_path):
-    configured = esp_idf(tmp_path, "linux", CONFIG_TUMBLE_SPIN="", CONFIG_TUMBLE_REDUNDANCY="")
+def test_a_project_of_esp_idf_links_what_kconfig_left(tmp_path, noted_cargo):
+    cargo = noted_cargo(3)
+    left_out = {"CONFIG_TUMBLE_SPIN": "", "CONFIG_TUMBLE_REDUNDANCY": ""}
+    left_out |= {"TUMBLE_CARGO": cargo.program, "TUMBLE_CARGO_FOLDER": cargo.folder}
+    configured = esp_idf(tmp_path, "linux", **left_out)
     assert configured.returncode == 0, configured.stderr
     run("cmake", "--build", tmp_path)
     assert run(tmp_path / "main" / "main") == WITHOUT_SETS
+    assert cargo.was_asked_for(3, "spin", "redundancy")
 
 
 def test_esp_idf_chip_without_a_target_is_refused_with_a_remedy(tmp_path):
@@ -218,17 +230,29 @@ def scons(python, folder, options, platform="native", flags="", path=os.environ[
 
 
 def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python):
+    (tmp_path / "cargo").symlink_to(cargo_folder())
+    built = scons(python, tmp_path, {})
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert run(tmp_path / "consumer") == "3 units: it was done\n"
+
+
+@only_soak("builds nearly all of it for more units, of which cargo is told by the test below")
+def test_a_project_of_platformio_links_a_library_of_many_units(tmp_path, python):
     (tmp_path / "cargo").symlink_to(cargo_folder(MANY_UNITS))
     built = scons(python, tmp_path, {"custom_tumble_units": str(MANY_UNITS)})
     assert built.returncode == 0, built.stdout + built.stderr
     assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
 
 
-def test_a_project_of_platformio_links_the_parts_that_it_wants(tmp_path, python):
-    (tmp_path / "cargo").symlink_to(CARGO_FOLDER)
-    built = scons(python, tmp_path, {"custom_tumble_without": "spin redundancy"})
+def test_a_project_of_platformio_links_the_parts_that_it_wants(tmp_path, python, noted_cargo):
+    cargo = noted_cargo(MANY_UNITS)
+    (tmp_path / "cargo").symlink_to(cargo.folder)
+    options = {"custom_tumble_without": "spin redundancy", "custom_tumble_units": str(MANY_UNITS)}
+    path = f"{cargo.program.parent}{os.pathsep}{os.environ['PATH']}"
+    built = scons(python, tmp_path, options, path=path)
     assert built.returncode == 0, built.stdout + built.stderr
     assert run(tmp_path / "consumer") == WITHOUT_SETS
+    assert cargo.was_asked_for(MANY_UNITS, "spin", "redundancy")
 
 
 def test_platformio_project_that_excludes_an_unknown_part_is_warned(tmp_path, python):
@@ -237,14 +261,11 @@ def test_platformio_project_that_excludes_an_unknown_part_is_warned(tmp_path, py
     assert "tumble: custom_tumble_without names spinning; parts are spin, redundancy," in refused.stdout
 
 
-def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python):
-    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS=MANY_UNITS)
-    library = tmp_path / "tumble" / "libtumble.a"
-    options = {"custom_tumble_units": str(MANY_UNITS), "custom_tumble_library": str(library)}
-    built = scons(python, tmp_path, options)
+def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python, host_library):
+    built = scons(python, tmp_path, {"custom_tumble_library": str(host_library)})
     assert built.returncode == 0, built.stdout + built.stderr
     assert not (tmp_path / "cargo").exists()
-    assert run(tmp_path / "consumer") == f"{MANY_UNITS} units: it was done\n"
+    assert run(tmp_path / "consumer") == "3 units: it was done\n"
 
 
 def test_platformio_project_with_too_many_units_is_refused(tmp_path, python):
