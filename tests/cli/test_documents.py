@@ -10,6 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import tumble
+from repetitions import SOAK
 from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.schemas import EVENTS, PRINTED
 from turntable_sessions import typed
@@ -162,7 +163,13 @@ def test_events_of_a_live_session_are_what_their_schema_says(printed, simulated,
     *events, last = map(json.loads, done.out.splitlines())
     schema = Draft202012Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
     assert events
-    for event in events:
+    forms = set()
+    for number, event in enumerate(events):
+        # Of hundreds of one form every tenth is held against the schema; all of them in `make soak`.
+        form = (event["event"], *((key, type(value)) for key, value in event.items()))
+        if form in forms and number % 10 and not SOAK:
+            continue
+        forms.add(form)
         if name == "redundancy-event" and event["event"] == "listening":
             assert event["units"] == ["primary", "secondary_1"]
         else:

@@ -13,6 +13,7 @@ from log_fixtures import made_up as made_up_log
 from log_fixtures import write
 from made_up_calibrations import made_up, save
 from made_up_certificates import project_file
+from repetitions import SOAK
 from tumble.bench.run_folder import KIND, RunFolder
 from tumble.fleet.places import FileStore
 from tumble.foundation.errors import OutputError
@@ -102,6 +103,9 @@ def workplace(tmp_path_factory):
     os.chdir(before)
 
 
+LINKS = ("link", "hard link", "dangling link")
+
+
 def placed(what, path, victim):
     """Puts at a path something that is not ours; returns whether it leads to the victim."""
     if what == "foreign":
@@ -126,8 +130,10 @@ def test_what_is_not_ours_stays_whatever_a_command_writes(workplace, tmp_path, c
     assert done.code in (0, 3), done.err
     names = [path.relative_to(first) for path in first.rglob("*") if path.is_file()]
     assert names
-    for name in [*names, *([] if any("{}" in each for each in command) else [Path(LOCK_FILE)])]:
-        for what in ("foreign", "link", "hard link", "dangling link"):
+    names += [] if any("{}" in each for each in command) else [Path(LOCK_FILE)]
+    for number, name in enumerate(names, start=COMMANDS.index(command)):
+        # What is foreign differs by the kind of a file; links are all refused alike, and take turns.
+        for what in ("foreign", *(LINKS if SOAK else [LINKS[number % len(LINKS)]])):
             folder = tmp_path / f"{what} {name}".replace("/", " ")
             (folder / name).parent.mkdir(parents=True)
             victim = tmp_path / "victim"

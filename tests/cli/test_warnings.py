@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
+from repetitions import SOAK
 from turntable_sessions import typed
 
 RATE, COUNT = 100.0, 3000
@@ -63,9 +64,17 @@ NAMES = (
 )
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("units", [(), ("--accelerometer-unit", "m/s^2", "--gyroscope-unit", "rad/s")])
+UNITS = ((), ("--accelerometer-unit", "m/s^2", "--gyroscope-unit", "rad/s"))
+CASES = [
+    (command, name, units)
+    for place, command in enumerate(COMMANDS)
+    for number, name in enumerate(NAMES)
+    # Each command meets each log once, its units stated or not by turns; both ways in `make soak`.
+    for units in (UNITS if SOAK else [UNITS[(place + number) % 2]])
+]
+
+
+@pytest.mark.parametrize(("command", "name", "units"), CASES)
 def test_a_degenerate_log_brings_no_warning_of_a_library(tmp_path, logs, command, name, units):
     (tmp_path / "out").mkdir()
     with warnings.catch_warnings(record=True) as caught:

@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, read, refusal, write_text
+from repetitions import SOAK, repetitions
 from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions, open_recording
 from tumble.logs.csv import TextTable
@@ -45,23 +46,30 @@ def field(index, text):
     return change
 
 
-@pytest.mark.parametrize("at", [2, 3, 301, 601])
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda line: line[:9] + b"\x00" + line[10:], ["byte 10 is 0x00", "not a number"]),
-        (lambda line: line[:9] + b"\xff" + line[10:], ["byte 10 is 0xff", "not a number"]),
-        (lambda line: line[:30], ["fields where 7 columns are named"]),
-        (lambda line: line + b",1,2", ["has 9 fields where 7 columns are named"]),
-        (lambda line: b'"' + line[1:], ["column time, which is not a number"]),
-        (lambda line: line[:9] + b"\r" + line[9:], ["byte 10 is 0x0d"]),
-        (field(3, b"1_0"), ["holds '1_0' in column az"]),
-        (field(3, "٣".encode()), ["in column az, which is not a number"]),
-        (lambda line: b"\x00" * len(line), ["1 field ", "byte 1 is 0x00"]),
-    ],
-    ids=["nul", "not utf-8", "cut", "joined", "quote", "carriage return", "underscore", "arabic", "nuls"],
-)
-def test_a_garbled_line_is_named_with_its_byte_and_left_out_if_asked(log, at, change, words):
+PLACES = [2, 3, 301, 601]
+GARBLED = {
+    "nul": (lambda line: line[:9] + b"\x00" + line[10:], ["byte 10 is 0x00", "not a number"]),
+    "not utf-8": (lambda line: line[:9] + b"\xff" + line[10:], ["byte 10 is 0xff", "not a number"]),
+    "cut": (lambda line: line[:30], ["fields where 7 columns are named"]),
+    "joined": (lambda line: line + b",1,2", ["has 9 fields where 7 columns are named"]),
+    "quote": (lambda line: b'"' + line[1:], ["column time, which is not a number"]),
+    "carriage return": (lambda line: line[:9] + b"\r" + line[9:], ["byte 10 is 0x0d"]),
+    "underscore": (field(3, b"1_0"), ["holds '1_0' in column az"]),
+    "arabic": (field(3, "٣".encode()), ["in column az, which is not a number"]),
+    "nuls": (lambda line: b"\x00" * len(line), ["1 field ", "byte 1 is 0x00"]),
+}
+"""What happens to a line, and the words that name it."""
+CASES = [
+    (name, at)
+    for number, name in enumerate(GARBLED)
+    # Two lines of each by turns, so that each line is garbled in some ways; all of them in `make soak`.
+    for at in (PLACES if SOAK else PLACES[number % 2 :: 2])
+]
+
+
+@pytest.mark.parametrize(("name", "at"), CASES)
+def test_a_garbled_line_is_named_with_its_byte_and_left_out_if_asked(log, name, at):
+    change, words = GARBLED[name]
     whole = read(log)
     garble(log, **{f"line_{at}": change})
     line = refusal(log)
@@ -96,8 +104,14 @@ def test_up_to_one_per_cent_of_bad_lines_is_left_out_and_more_refused(log):
     assert "7 of 600 lines are bad, line 100 has 1 field " in refusal(log, SKIP)
 
 
-@pytest.mark.parametrize("value", [b"1e30", b"-1e200", b"1.7e308"])
-@pytest.mark.parametrize("column", range(1, 7))
+VALUES = [b"1e30", b"-1e200", b"1.7e308"]
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    # Each column meets one of them by turns, and all in `make soak`.
+    [(each, value) for each in range(1, 7) for value in (VALUES if SOAK else [VALUES[each % 3]])],
+)
 def test_impossible_reading_is_left_out_with_time_and_value(log, column, value):
     clean = open_recording(log)
     garble(log, line_302=field(column, value))
@@ -201,7 +215,7 @@ def mutated(data, mutations):
 
 @pytest.mark.parametrize("header", ["time,ax,ay,az,gx,gy,gz", ""])
 @pytest.mark.parametrize("options", [ReadOptions(), SKIP], ids=["strict", "skipping"])
-@settings(max_examples=60, print_blob=True)
+@settings(max_examples=repetitions(200), print_blob=True)
 @given(mutations=MUTATIONS, samples=st.sampled_from([3, 40, 150]))
 @example(mutations=[("huge", 2198, 2), ("swap", 83, 164)], samples=3)  # leaves no sample
 def test_any_damaged_log_is_read_or_refused_in_one_line(

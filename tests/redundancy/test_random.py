@@ -7,6 +7,7 @@ import pytest
 
 import tumble
 from redundancy_sets import BIASED, FACING_DOWN, PRIMARY, SOUND, Imu, Said, motion, record
+from repetitions import repetitions
 
 TURNED = Imu("imu4", rate_hz=250.0, mounting=FACING_DOWN, accelerometer_bias=(0.2, 0.1, 0.3))
 QUICKLY = {"collect": 5.0, "collect_timeout": 10.0, "fewest_pairs": 50, "evaluate_every": 3.0}
@@ -91,7 +92,7 @@ def corrupted(unit, generator):
     )
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(repetitions(80)))
 def test_replay_of_units_with_random_faults_ends_with_a_result(flown, seed):
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)

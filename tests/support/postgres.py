@@ -57,12 +57,12 @@ class Server:
 
         return f"postgresql://tumble:{quote(PASSWORD, safe='')}@127.0.0.1:{self.port}/{database}"
 
-    def make(self, database: str) -> str:
-        """Make a database; its URL."""
+    def make(self, database: str, template: str = "template1") -> str:
+        """Make a database, with all that another one holds; its URL."""
         import psycopg
 
         with psycopg.connect(self.url("postgres"), autocommit=True) as connection:
-            connection.execute(f'CREATE DATABASE "{database}"')
+            connection.execute(f'CREATE DATABASE "{database}" TEMPLATE "{template}"')
         return self.url(database)
 
     def start(self) -> None:

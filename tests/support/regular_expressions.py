@@ -8,6 +8,7 @@ of that, what grows with its square all of it.
 from __future__ import annotations
 
 import ast
+import gc
 import importlib
 import os
 import pkgutil
@@ -41,9 +42,11 @@ _REPEATS = ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT")
 
 
 def sources():
-    """Returns the trees of all modules of the package, by file."""
+    """Returns the trees of all modules of the package that may use expressions, by file."""
     folder = Path(tumble.__file__).parent
-    return {path: ast.parse(path.read_text()) for path in sorted(folder.rglob("*.py"))}
+    texts = {path: path.read_text() for path in sorted(folder.rglob("*.py"))}
+    used = re.compile(rf"\bre\b|\.(?:{'|'.join(SEARCHING)})\(")
+    return {path: ast.parse(text) for path, text in texts.items() if used.search(text)}
 
 
 def compiled():
@@ -67,9 +70,9 @@ def compiled():
     return found
 
 
-def searched(trees):
-    """Returns names of expressions that look for a match at each place of a text."""
-    calls = (node.func for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.Call))
+def searched(nodes):
+    """Returns names of expressions that look for a match at each place of a text, of nodes by file."""
+    calls = (node.func for of_file in nodes.values() for node in of_file if isinstance(node, ast.Call))
     return {
         call.value.id
         for call in calls
@@ -79,19 +82,21 @@ def searched(trees):
 
 def expressions():
     """Yields place, expression and way of matching of all that the package holds."""
-    trees = sources()
-    names = searched(trees)
+    # Nodes are listed once: each expression looks for its own among those of its file.
+    nodes = {path: list(ast.walk(tree)) for path, tree in sources().items()}
+    names = searched(nodes)
+    assigned = {path: [each for each in of if isinstance(each, ast.Assign)] for path, of in nodes.items()}
     for made, path, line in compiled():
         targets = {
             target.id
-            for node in ast.walk(trees[path])
-            if isinstance(node, ast.Assign) and node.lineno <= line <= (node.end_lineno or line)
+            for node in assigned[path]
+            if node.lineno <= line <= (node.end_lineno or line)
             for target in node.targets
             if isinstance(target, ast.Name)
         }
         yield f"{path.name}:{line}", made, "search" if targets & names else "fullmatch"
-    for path, tree in trees.items():
-        for node in ast.walk(tree):
+    for path, of_file in nodes.items():
+        for node in of_file:
             function = getattr(node, "func", None)
             if not (isinstance(function, ast.Attribute) and getattr(function.value, "id", "") == "re"):
                 continue
@@ -125,7 +130,8 @@ def _of_node(kind, given):
     if kind == "IN":
         # The parser has no way back to a text, so that letters are tried.
         letters = [*"a0 .x_-:,=/A\"'#()[]{}\t\n<@?&+%", *map(chr, range(33, 0x300))]
-        return next((each for each in letters if _is_in(given, each)), "a")
+        is_in = _matching_one(given)
+        return next((each for each in letters if is_in and is_in(each)), "a")
     if kind in _REPEATS:
         return example(given[2]) * given[0]
     if kind == "SUBPATTERN":
@@ -137,14 +143,15 @@ def _of_node(kind, given):
     return ""
 
 
-def _is_in(given, letter):
+def _matching_one(given):
+    """Returns what matches one letter of a set; None where that cannot be told."""
     tree = _parser.parse("a")
     tree.data = [(_constants.IN, given)]
     compiler = getattr(re, "_compiler", None) or __import__("sre_compile")
     try:
-        return compiler.compile(tree).match(letter) is not None
+        return compiler.compile(tree).match
     except TypeError:
-        return False
+        return None
 
 
 def beginnings(nodes, before=""):
@@ -198,6 +205,13 @@ def match(made, way, text):
 
 
 if __name__ == "__main__":
+    # Trees of all modules stay to the end: to look for what is free takes longer than to make them.
+    gc.disable()
+    slow = {}
+    """Whether each expression is slow, for those that stand in several places."""
     for place, made, way in chain(of_the_page(), expressions()):
-        if place.partition(":")[0] not in sys.argv[1:] and is_slow(made, way):
-            print(f"{place}: {way} {made.pattern!r}", flush=True)
+        if place.partition(":")[0] not in sys.argv[1:]:
+            if (made, way) not in slow:
+                slow[made, way] = is_slow(made, way)
+            if slow[made, way]:
+                print(f"{place}: {way} {made.pattern!r}", flush=True)

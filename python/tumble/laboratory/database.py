@@ -192,10 +192,12 @@ class Database:
             "script_location", str(Path(__file__).with_name("migrations")).replace("%", "%%")
         )
         with self.writing() as connection:
-            if (self.version(connection) or 0) > int(HEAD):
+            found = self.version(connection) or 0
+            if found > int(HEAD):
                 self.check_version(connection)
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
+            if found != int(HEAD):
+                config.attributes["connection"] = connection
+                command.upgrade(config, "head")
         if self.is_sqlite:
             self._keep_readers_apart()
 

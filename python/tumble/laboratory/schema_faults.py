@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -122,12 +123,7 @@ def schema_faults(connection: Connection) -> list[str]:
 
 def _file_faults(connection: Connection) -> Iterator[str]:
     """Hold tables, indices and triggers against those of a new registry; others can change what is added."""
-    with TemporaryDirectory() as folder:
-        new = Database(RegistryAddress(Path(folder) / "new.db"))
-        make_file(Path(folder) / "new.db")
-        new.upgrade()
-        with new.reading() as made:
-            expected = dict(_schema(made))
+    expected = dict(_of_new_file())
     found = _schema(connection)
     for name, times in sorted(Counter(name for name, _ in found).items()):
         if (name not in expected and name not in _STATISTICS) or times > 1:
@@ -138,6 +134,17 @@ def _file_faults(connection: Connection) -> Iterator[str]:
             yield f"{name[0]} {name[1]}: was changed: it is not as a registry is made"
         elif name not in stated and name not in _STATISTICS:
             yield f"{name[0]} {name[1]}: is missing"
+
+
+@cache
+def _of_new_file() -> tuple[tuple[tuple[str, str], tuple[object, ...]], ...]:
+    """Return the schema of a new registry, which this process makes once: no other has another one."""
+    with TemporaryDirectory() as folder:
+        new = Database(RegistryAddress(Path(folder) / "new.db"))
+        make_file(Path(folder) / "new.db")
+        new.upgrade()
+        with new.reading() as made:
+            return tuple(_schema(made))
 
 
 def _schema(connection: Connection) -> list[tuple[tuple[str, str], tuple[object, ...]]]:
