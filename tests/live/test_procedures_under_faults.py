@@ -25,13 +25,17 @@ FEW = {
     "record": ("unplugged",),
     "spin": ("garbled",),
     "apply": ("clock-jump",),
-    "turntable": ("unplugged", "clock-jump"),
-    "multipose": ("frozen", "unplugged"),
+    "turntable": ("clock-jump",),
+    "multipose": ("frozen",),
     "redundancy": ("restart",),
 }
 """Faults that `make test` draws."""
 CASES = [(name, kind) for name in LIVE for kind in (KINDS if SOAK else FEW.get(name, ()))]
 RECORDING = [name for name, row in LIVE.items() if row.session]
+TURNED = "turntable that turns its table"
+KILLED, FULL = ([name for name in RECORDING if SOAK or name != other] for other in ("turntable", TURNED))
+"""Of both turntables, which record and resume by the same code, `make test` kills the one with a table to
+stop, and fills the disk of the other."""
 LOST = 2.0
 """s that a kill may cost."""
 
@@ -73,7 +77,7 @@ def test_a_disturbed_session_ends_in_words_and_finds_nothing_wrong(tmp_path, nam
 
 
 @pytest.mark.parametrize("draw", range(DRAWS))
-@pytest.mark.parametrize("name", RECORDING)
+@pytest.mark.parametrize("name", KILLED)
 def test_a_killed_session_leaves_its_recording_and_is_resumed(tmp_path, name, draw):
     row, seed = LIVE[name], 10 * draw + RECORDING.index(name)
     rng = np.random.default_rng(seed)
@@ -92,7 +96,7 @@ def test_a_killed_session_leaves_its_recording_and_is_resumed(tmp_path, name, dr
 
 
 @pytest.mark.parametrize("draw", range(DRAWS))
-@pytest.mark.parametrize("name", RECORDING)
+@pytest.mark.parametrize("name", FULL)
 def test_full_disk_is_one_line_and_the_recording_goes_on(tmp_path, name, draw, monkeypatch):
     row, seed = LIVE[name], 20 + 10 * draw + RECORDING.index(name)
     room = int(np.random.default_rng(seed).integers(100, 1500))

@@ -9,6 +9,7 @@ import subprocess
 
 import pytest
 
+from dated_logs import QUICK
 from patience import PATIENCE
 from tumble.foundation.provenance import Provenance
 from tumble.report.identity import Identity, css_string
@@ -28,7 +29,7 @@ def pages(tmp_path_factory):
         "static": ("noise",),
         "thermal": ("thermal",),
     }.items():
-        assert typed("simulate", kind, "--seed", "7", "-o", folder / "logs").code == 0
+        assert typed("simulate", kind, "--seed", "7", *QUICK.get(kind, ()), "-o", folder / "logs").code == 0
         assert typed(*words, folder / "logs" / f"{kind}.csv", *options).code in (0, 3)
     both = (folder / "spin.yaml", folder / "multipose.yaml")
     assert typed("compare", *both, "--operator", "J. Doe", "-o", folder).code in (0, 3)

@@ -9,7 +9,11 @@ import numpy as np
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
+MOST_KEPT = 4
+"""Files of one kind that are kept as they were read: tests read one again after others."""
 
+
+@lru_cache(MOST_KEPT)
 def rerun_chunks(path):
     """Temporal chunks of Rerun by entity, as pyarrow tables, after its own verification."""
     from rerun.chunk import RrdReader
@@ -35,7 +39,7 @@ def column(batches, name):
     return np.array([time for time, _ in rows]) * 1e-9, [value for _, value in rows]
 
 
-@lru_cache(1)
+@lru_cache(MOST_KEPT)
 def mcap_messages(path, *topics):
     """Messages of these topics, or of all, as rosbags reads them, after Foxglove's library did."""
     with Path(path).open("rb") as file:

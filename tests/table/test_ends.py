@@ -20,7 +20,7 @@ from crowded_folder import TUMBLE, crowd
 from cut_line import cut_line
 from live_benches import QUICK_BENCH, words_of
 from patience import PATIENCE
-from repetitions import SOAK, drawn_seed
+from repetitions import SOAK, drawn_seed, few
 from table_fixtures import ObservedTable, served
 from tumble.foundation.ending import ENDING
 from tumble.tools.simulate import LiveSimulation
@@ -28,7 +28,7 @@ from tumble.tools.table.profile import profile_text
 
 NAMED = ("INT", "TERM", "HUP", "QUIT", "USR1", "USR2", "ALRM", "ABRT", "XCPU")
 SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in NAMED)
-"""Signals whose default ends a program; in `make soak` all that the system has."""
+"""Signals whose default ends a program; `make test` takes a few, `make soak` all that the system has."""
 TURNING = ("table", "rate", "0,5", "--for", "3600", "--armed", "--table")
 GOING = ("table", "goto", "170,0", "--speed", "0.1,0.1", "--armed", "--table")
 IN_A_THREAD = """
@@ -101,7 +101,9 @@ def assert_ends(process, number):
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("number", sorted(ENDING - {signal.SIGPIPE, signal.SIGXFSZ}) if SOAK else SIGNALS)
+@pytest.mark.parametrize(
+    "number", sorted(ENDING - {signal.SIGPIPE, signal.SIGXFSZ}) if SOAK else few(SIGNALS, 3)
+)
 def test_each_signal_stops_the_table_and_ends_the_command(number):
     with moving("-m", "tumble", *TURNING) as (process, table):
         process.send_signal(number)
@@ -147,7 +149,7 @@ def test_a_killed_program_leaves_its_table_to_a_survivor(number):
         assert "its program died, and the table was stopped" in process.communicate(timeout=PATIENCE)[1]
 
 
-@pytest.mark.parametrize("number", [None, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [None, signal.SIGTERM, *([signal.SIGINT] if SOAK else [])])
 def test_a_stop_that_is_not_answered_is_tried_after_the_end(number):
     with served("scpi") as (address, table), cut_line(address) as (led, line):
         observed = ObservedTable(table)

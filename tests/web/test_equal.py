@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tumble
-from repetitions import drawn_seed
+from repetitions import SOAK, drawn_seed
 from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions
 from tumble.logs.columns import recognise
@@ -45,14 +46,19 @@ def one_date(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", SECONDS)
 
 
-def by_command(path: Path, read):
-    """Returns what the command would write, or its line of error without the folders of the log."""
-    raw = read.get("raw", False)
+@lru_cache(1)
+def found_in(path: Path, **read):
+    """Returns what the command finds; once for its file and its exports."""
     options = ReadOptions(
         rate=read.get("rate"), serial=read.get("serial", ""), gyroscope_unit=read.get("gyroscopeUnit")
     )
+    return tumble.multipose(path, read=options, raw=read.get("raw", False))
+
+
+def by_command(path: Path, read):
+    """Returns what the command would write, or its line of error without the folders of the log."""
     try:
-        found = tumble.multipose(path, read=options, raw=raw)
+        found = found_in(path, **read)
     except TumbleError as error:
         return {"failure": str(error).replace(str(path), path.name)}
     return {"text": found.calibration.text(), "warnings": list(found.warnings)}
@@ -62,13 +68,15 @@ def by_command(path: Path, read):
 def test_recordings_give_the_same_file_to_the_byte():
     jobs = [{"files": files_of(DATA / name), "read": read, "date": DATE} for name, read in RECORDINGS.items()]
     found = dict(zip(RECORDINGS, headless(jobs), strict=True))
-    expected = {name: by_command(DATA / name, read) for name, read in RECORDINGS.items()}
+    calibrated = 0
     for name, by_page in found.items():
         exports = by_page.pop("exports", None)
-        assert by_page == expected[name], name
+        expected = by_command(DATA / name, RECORDINGS[name])
+        calibrated += "text" in expected
+        assert by_page == expected, name
         if exports is not None:
             assert exports == exports_of(DATA / name, RECORDINGS[name]), name
-    assert sum("text" in each for each in expected.values()) >= 5
+    assert calibrated >= 5
 
 
 @pytest.mark.skipif(not DATA.exists(), reason=f"no recordings in {DATA}")
@@ -87,8 +95,7 @@ def files_of(path: Path) -> list[str]:
 
 def exports_of(path: Path, read):
     """Returns the files for other programs, or their line of error."""
-    options = ReadOptions(rate=read.get("rate"), serial=read.get("serial", ""))
-    calibration = tumble.multipose(path, read=options, raw=read.get("raw", False)).calibration
+    calibration = found_in(path, **read).calibration
     typed = {"px4": {"accelerometer-id": "1310988", "gyroscope-id": "2490378"}}
     found = {}
     for word in ("c", "ardupilot", "betaflight", "px4"):
@@ -174,8 +181,9 @@ ENDS = (
 )
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.lists(st.tuples(*map(st.sampled_from, (WORDS, ENDS, ENDS))), min_size=40, max_size=40))
+# Many names at once: a start of Node takes longer than all of them.
+@settings(max_examples=30 if SOAK else 6, deadline=None)
+@given(st.lists(st.tuples(*map(st.sampled_from, (WORDS, ENDS, ENDS))), min_size=200, max_size=200))
 def test_names_of_columns_mean_the_same(parts):
     names = ["".join(each) for each in parts]
     (found,) = headless([{"names": names}])
