@@ -9,7 +9,8 @@ mod evidence;
 mod navigation;
 mod track;
 
-pub(crate) use evidence::{AidedReading, AidingEvidence, AidingWindow, Trust};
+pub(crate) use evidence::{AidingEvidence, AidingWindow, Trust};
+pub(crate) use navigation::{AidedReading, WindowConditions};
 
 use nalgebra::Vector3;
 

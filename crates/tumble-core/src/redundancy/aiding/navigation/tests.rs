@@ -12,13 +12,16 @@ fn started() -> Navigation<f64> {
 }
 
 fn advance(unit: &mut Navigation<f64>, reading: &Readings, rests: bool) {
-    unit.advance(&NavigationStep {
-        reading,
-        noise: &[3.6e-3 / 0.09, 4e-6 / 0.09],
+    let read = AidedReading {
+        reading: *reading,
+        noise: [3.6e-3 / 0.09, 4e-6 / 0.09],
+    };
+    let conditions = WindowConditions {
         length: H,
         gravity: GRAVITY,
         rests,
-    });
+    };
+    unit.advance(&read, &conditions);
 }
 
 /// A unit that flies, tilted and turning, with a known course.
