@@ -16,7 +16,7 @@ from hypothesis.internal.conjecture import providers
 from ports import chosen_among_own
 from processor_time import ProcessorTime
 from repetitions import SOAK, repetitions
-from simulated_clock import DATE, SimulatedClock
+from simulated_clock import DATE, ComputerClock, SimulatedClock
 from tumble.foundation import clock
 from tumble.foundation.ending import ENDING
 
@@ -70,13 +70,6 @@ def own_ports():
     """Two processes that run tests choose different ports."""
     with chosen_among_own():
         yield
-
-
-class ComputerClock(clock.Clock):
-    """The clock of the computer, by which tests wait for events alone."""
-
-    def sleep(self, seconds):
-        raise AssertionError(f"waits {seconds} s by the computer's clock; take the fixture simulated_clock")
 
 
 @pytest.fixture(scope="session", autouse=True)

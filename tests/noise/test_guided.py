@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tumble
+from simulated_clock import SimulatedClock
 from tumble import _core
 from tumble.foundation.recording import Chunk
 from tumble.foundation.units import TRIADS
@@ -21,21 +22,21 @@ SEED = 627
 
 
 def still_log(path, seconds, seed=SEED):
-    """Writes a log of white noise; returns its address, replayed as fast as can be."""
+    """Writes a log of white noise; returns its address, replayed twenty times as fast."""
     print(f"seed {seed}")
     samples = round(seconds * RATE)
     noise = _core.StillNoise(seed, np.array([[0.0, DENSITY, 0.0, 0.0, 0.0]] * 6), RATE, samples).draw(samples)
     values = noise + np.array([0.0, 0.0, 9.8, 0.0, 0.0, 0.0])
     table = np.column_stack([np.arange(samples) / RATE, values])
     np.savetxt(path, table, delimiter=",", header="time,ax,ay,az,gx,gy,gz", comments="", fmt="%.9g")
-    return f"replay:{path}?speed=max"
+    return f"replay:{path}?speed=20"
 
 
 @pytest.fixture(scope="module", autouse=True)
-def at_one_time():
-    """Logs that come at once are looked at often."""
+def reports_are_few():
+    """A curve grows as well in a view for each ten seconds of a log."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(live_procedure, "BETWEEN_REPORTS", 0.02)
+        patch.setattr(live_procedure, "BETWEEN_REPORTS", 0.5)
         yield
 
 
@@ -47,8 +48,9 @@ def run(tmp_path_factory):
     order = RunOrder(
         folder=folder / "results", sources=sources, serials={"a": "0815"}, options={"duration": 2.0}
     )
-    guided = run_kind("noise").begin(order)
-    return list(guided.views()), guided.outcome(), order.folder
+    with SimulatedClock():
+        guided = run_kind("noise").begin(order)
+        return list(guided.views()), guided.outcome(), order.folder
 
 
 def figures_of(view):

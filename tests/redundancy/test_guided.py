@@ -8,6 +8,7 @@ import pytest
 
 import tumble
 from redundancy_sets import BIASED, PRIMARY, SOUND, motion, record
+from simulated_clock import SimulatedClock
 from tumble.tools.guided.figures import DeviationFigure, EventFigure, StateFigure
 from tumble.tools.guided.order import RunOrder
 from tumble.tools.guided.run import run_kind
@@ -39,8 +40,9 @@ def order_of(folder, sources, **options):
 def run(sources, tmp_path_factory):
     """Views and outcome of a watch, and its folder."""
     folder = tmp_path_factory.mktemp("set")
-    guided = run_kind("redundancy").begin(order_of(folder, sources))
-    return list(guided.views()), guided.outcome(), folder
+    with SimulatedClock():
+        guided = run_kind("redundancy").begin(order_of(folder, sources))
+        return list(guided.views()), guided.outcome(), folder
 
 
 def figure_of(view, kind):
@@ -102,6 +104,7 @@ def test_outcome_names_the_worst_unit_and_why(run):
     assert units["imu1"].serial == "0815"
 
 
+@pytest.mark.usefixtures("simulated_clock")
 @pytest.mark.parametrize("is_commanded", [False, True])
 def test_set_is_calibrated_on_command_of_the_page(sources, tmp_path, is_commanded):
     pair = {name: sources[name] for name in ("imu1", "imu2")}

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from simulated_clock import SimulatedClock
 from spin_sessions import record, still, turn
 from tumble.live import open_source
 from tumble.procedures.spin.guided_source import floor_from_case
@@ -33,8 +34,9 @@ def guided(folder, session, **options):
 def run(tmp_path_factory):
     """Views and outcome of a spin that went well, and its folder."""
     folder = tmp_path_factory.mktemp("spin")
-    spin = guided(folder, record([still(6.0), turn(2.5)], seed=1))
-    return list(spin.views()), spin.outcome(), folder / "results"
+    with SimulatedClock():
+        spin = guided(folder, record([still(6.0), turn(2.5)], seed=1))
+        return list(spin.views()), spin.outcome(), folder / "results"
 
 
 def test_robot_is_asked_to_stand_then_to_turn_and_turns_are_ticked(run):
@@ -71,6 +73,7 @@ def test_outcome_is_that_of_the_live_command_on_the_session(run):
     assert unit.page.exists()
 
 
+@pytest.mark.usefixtures("simulated_clock")
 def test_spin_that_fails_has_an_outcome_with_its_reason(tmp_path):
     spin = guided(tmp_path, record([still(6.0), turn(0.4)], seed=2))
     views = list(spin.views())
@@ -81,6 +84,7 @@ def test_spin_that_fails_has_an_outcome_with_its_reason(tmp_path):
     assert "samples stopped" in str(views[-1].warning)
 
 
+@pytest.mark.usefixtures("simulated_clock")
 def test_stopped_spin_keeps_its_recording_and_the_next_has_its_own(tmp_path):
     session = record([still(6.0), turn(2.5)], seed=3)
     spin = guided(tmp_path, session)

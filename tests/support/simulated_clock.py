@@ -84,6 +84,38 @@ class _Turn:
         return f"{self.name} waits for {self._awaited}{until}"
 
 
+class ComputerClock(clock.Clock):
+    """The clock of the computer, by which tests wait for events alone."""
+
+    def sleep(self, seconds):
+        raise AssertionError(f"waits {seconds} s by the computer's clock; take the fixture simulated_clock")
+
+    def thread(self, work, arguments, name):
+        _refuse_live(name)
+        return super().thread(work, arguments, name)
+
+    def executor(self, name):
+        _refuse_live(name)
+        return super().executor(name)
+
+
+def _refuse_live(name):
+    """Refuses work of a live session beside it, whose turns would depend on how busy the computer is."""
+    if name == "disk" or name.startswith("watch "):
+        raise AssertionError("a live session by the computer's clock; take the fixture simulated_clock")
+
+
+@contextmanager
+def simulated_if_live(words):
+    """Runs a live command by a simulated clock, unless a test has put another clock in force."""
+    is_live = "--live" in words or (words[:1] == ["record"] and "--finish" not in words)
+    if is_live and isinstance(clock._in_force, ComputerClock):
+        with SimulatedClock():
+            yield
+    else:
+        yield
+
+
 class SimulatedClock(clock.Clock):
     """In force while it is entered. Whoever enters it takes part, as do threads that `clock.thread` makes.
 

@@ -7,6 +7,7 @@ import io
 import sys
 from dataclasses import dataclass
 
+from simulated_clock import simulated_if_live
 from tumble.cli import main as command_line
 
 
@@ -31,7 +32,11 @@ def typed(*arguments):
     sys.argv = ["tumble", *map(str, arguments)]
     code = 0
     try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        with (
+            simulated_if_live(sys.argv[1:]),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+        ):
             command_line.main()
     except SystemExit as end:
         code = end.code or 0
