@@ -1,10 +1,10 @@
 //! Evidence of aiding measurements against units, and trust in the measurements.
 
+use nalgebra::Vector3;
+
 use crate::real::{Real, count, real, seconds, tabulated};
 use crate::redundancy::aiding::course::CourseLikelihood;
-use crate::redundancy::aiding::navigation::{
-    Aided, AidedHeading, AidedReading, Innovation, Navigation, WindowConditions,
-};
+use crate::redundancy::aiding::navigation::{Aided, AidedHeading, Innovation, Navigation, NavigationStep};
 use crate::redundancy::aiding::track::{EARLY, LATE};
 use crate::redundancy::aiding::{Aiding, AidingRejection};
 use crate::redundancy::isolation::attribution::{DECIDES, Ground, Proof};
@@ -138,6 +138,15 @@ impl<T: Real> Confidence<T> {
     }
 }
 
+/// Reading of a unit over a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AidedReading<T: Real> {
+    /// Specific force, m/s^2, and angular rate, rad/s, at the place and in the axes of the primary, with known errors corrected.
+    pub reading: [Vector3<T>; 2],
+    /// Squared noise densities of its samples, (m/s^2)^2 s and (rad/s)^2 s.
+    pub noise: [T; 2],
+}
+
 /// State of the set in a window, for the comparison with aiding measurements.
 pub(crate) struct AidingWindow<T: Real, const UNITS: usize> {
     /// Reading of each unit; `None` where it has none.
@@ -148,10 +157,14 @@ pub(crate) struct AidingWindow<T: Real, const UNITS: usize> {
     pub departing: UnitSet,
     /// True if no units disagree, so that usual values may be learnt.
     pub is_calm: bool,
-    /// Number of the window, and its length, microseconds.
+    /// True if the set rests.
+    pub rests: bool,
+    /// Number of the window, and its length, microseconds and s.
     pub number: u64,
     pub span: u64,
-    pub conditions: WindowConditions<T>,
+    pub length: T,
+    /// m/s^2.
+    pub gravity: T,
 }
 
 /// Misfit of a unit with one measurement.
@@ -267,16 +280,22 @@ impl<T: Real> Hypothesis<T> {
     }
 
     /// Advances by a window, with the reading before where there is none.
-    fn advance(&mut self, reading: Option<AidedReading<T>>, conditions: &WindowConditions<T>) {
+    fn advance(&mut self, reading: Option<AidedReading<T>>, around: &NavigationWindow<T>) {
         self.held = reading.or(self.held);
-        let Some(held) = &self.held else {
+        let Some(AidedReading { reading, noise }) = &self.held else {
             return;
         };
         let Some(navigation) = &mut self.navigation else {
             self.begin();
             return;
         };
-        navigation.advance(held, conditions);
+        navigation.advance(&NavigationStep {
+            reading,
+            noise,
+            length: around.length,
+            gravity: around.gravity,
+            rests: around.rests,
+        });
         if !navigation.is_finite() {
             self.navigation = None;
         }
@@ -316,18 +335,14 @@ impl<T: Real> Hypothesis<T> {
         }
     }
 
-    /// Compares a velocity axis by axis, where it can be compared, and hands each innovation on before the next axis.
-    fn compare_velocity(
-        &mut self,
-        aided: &Aided<T>,
-        level: bool,
-        take: fn(&mut Navigation<T>, &Innovation<T>),
-    ) -> AidedMisfit<T> {
+    /// Updates the state with a velocity, axis by axis.
+    #[inline(never)]
+    fn update_velocity(&mut self, aided: &Aided<T>, level: bool) -> AidedMisfit<T> {
         let mut misfit = AidedMisfit::none();
         for axis in 0..AXES {
             let innovation = self.along(axis, aided, level);
             if let Some((innovation, navigation)) = innovation.zip(self.navigation.as_mut()) {
-                take(navigation, &innovation);
+                navigation.update(&innovation);
                 misfit.push(axis, innovation.sigmas());
             }
         }
@@ -335,16 +350,22 @@ impl<T: Real> Hypothesis<T> {
     }
 
     /// Compares a heading with the prediction, once its reference direction is known.
-    fn compare_heading(&mut self, aided: &AidedHeading<T>, is_calm: bool) -> AidedMisfit<T> {
+    fn compare_heading(&mut self, aided: &AidedHeading<T>, is_calm: bool) -> Option<AidedMisfit<T>> {
+        let navigation = self.navigation.as_mut()?;
+        let innovation = navigation.along_heading(aided, is_calm)?;
+        navigation.update(&innovation);
         let mut misfit = AidedMisfit::none();
-        if let Some(navigation) = &mut self.navigation
-            && let Some(innovation) = navigation.along_heading(aided, is_calm)
-        {
-            navigation.update(&innovation);
-            misfit.push(0, innovation.sigmas());
-        }
-        misfit
+        misfit.push(0, innovation.sigmas());
+        self.of_heading.follow(&misfit);
+        Some(misfit)
     }
+}
+
+/// Conditions of all units in a window.
+struct NavigationWindow<T: Real> {
+    length: T,
+    gravity: T,
+    rests: bool,
 }
 
 /// Evidence of all aiding measurements.
@@ -383,23 +404,27 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         let follows = around.number == self.number.saturating_add(1);
         (self.number, self.span, self.is_calm) = (around.number, around.span.max(1), around.is_calm);
         self.faulty = around.faulty;
-        let length = around.conditions.length;
-        self.silent += length;
+        self.silent += around.length;
         let in_use = self.silent <= real(SILENT);
         if !follows || !in_use {
             self.forget_state();
         }
+        let common = NavigationWindow {
+            length: around.length,
+            gravity: around.gravity,
+            rests: around.rests,
+        };
         for (number, (hypothesis, reading)) in self.hypotheses.iter_mut().zip(&around.readings).enumerate() {
             if in_use {
-                hypothesis.advance(*reading, &around.conditions);
+                hypothesis.advance(*reading, &common);
             }
-            weigh_score(hypothesis, length);
+            weigh_score(hypothesis, around.length);
             let (over, most) = if around.departing.contains(number) {
                 (REMEMBERED, MOST)
             } else {
                 (FORGOTTEN, OF_ONE)
             };
-            let left = T::one() - length / tabulated(over);
+            let left = T::one() - around.length / tabulated(over);
             hypothesis.against = (hypothesis.against * left).min(real(most));
             if around.faulty.contains(number) {
                 hypothesis.against = T::zero();
@@ -456,12 +481,23 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             hypothesis.begin_velocity(aided, level);
         }
         // Before any update: a measurement that fits no unit changes nothing, once they fit.
-        let mut misfits = self.compare_velocity(aided, level, |_, _| {});
-        if self.fits_any(Quantity::Velocity, &misfits) || !self.of_velocity.has_trusted {
-            misfits = self.compare_velocity(aided, level, Navigation::update);
+        let beforehand = self.misfits(aided, level);
+        let sound = self.hypotheses.iter().zip(&beforehand).enumerate();
+        let mut sound = sound.filter(|(number, _)| !self.faulty.contains(*number));
+        let fits_any = sound.any(|(_, (hypothesis, misfit))| hypothesis.of_velocity.explains(misfit));
+        let mut misfits = beforehand;
+        if fits_any || !self.of_velocity.has_trusted {
+            misfits = self
+                .hypotheses
+                .each_mut()
+                .map(|hypothesis| hypothesis.update_velocity(aided, level));
         }
+        for (hypothesis, misfit) in self.hypotheses.iter_mut().zip(&misfits) {
+            hypothesis.of_velocity.follow(misfit);
+        }
+        let misfits = misfits.map(|misfit| Some(misfit).filter(|misfit| misfit.axes > 0));
         self.choose_course();
-        let change = self.weigh(Quantity::Velocity, &misfits);
+        let change = self.weigh(Quantity::Velocity, &misfits)?;
         if self.is_calm {
             self.join_state();
         }
@@ -471,31 +507,18 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         change
     }
 
-    /// Misfits of all units with a velocity, of which each takes the innovations.
+    /// Misfits of all units with a velocity, before any update.
     #[inline(never)]
-    fn compare_velocity(
-        &mut self,
-        aided: &Aided<T>,
-        level: bool,
-        take: fn(&mut Navigation<T>, &Innovation<T>),
-    ) -> [AidedMisfit<T>; UNITS] {
-        self.hypotheses
-            .each_mut()
-            .map(|hypothesis| hypothesis.compare_velocity(aided, level, take))
-    }
-
-    /// Returns whether a measurement is one of health for any sound unit.
-    fn fits_any(&mut self, quantity: Quantity, misfits: &[AidedMisfit<T>; UNITS]) -> bool {
-        let faulty = self.faulty;
-        let sound = self.hypotheses.iter_mut().zip(misfits).enumerate();
-        let mut sound = sound.filter(|(number, _)| !faulty.contains(*number));
-        sound.any(|(_, (hypothesis, misfit))| hypothesis.of(quantity).explains(misfit))
-    }
-
-    /// The filters of all units that have one.
-    fn navigations(&mut self) -> impl Iterator<Item = &mut Navigation<T>> {
-        let hypotheses = self.hypotheses.iter_mut();
-        hypotheses.filter_map(|each| each.navigation.as_mut())
+    fn misfits(&self, aided: &Aided<T>, level: bool) -> [AidedMisfit<T>; UNITS] {
+        self.hypotheses.each_ref().map(|hypothesis| {
+            let mut misfit = AidedMisfit::none();
+            for axis in 0..AXES {
+                if let Some(innovation) = hypothesis.along(axis, aided, level) {
+                    misfit.push(axis, innovation.sigmas());
+                }
+            }
+            misfit
+        })
     }
 
     fn take_heading(&mut self, aided: &AidedHeading<T>) -> Option<Trust<T>> {
@@ -504,9 +527,13 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             .hypotheses
             .each_mut()
             .map(|hypothesis| hypothesis.compare_heading(aided, is_calm));
-        let change = self.weigh(Quantity::Heading, &misfits);
+        let change = self.weigh(Quantity::Heading, &misfits)?;
         if self.of_heading.begins_anew() {
-            self.navigations().for_each(Navigation::forget_north);
+            let navigations = self
+                .hypotheses
+                .iter_mut()
+                .filter_map(|each| each.navigation.as_mut());
+            navigations.for_each(Navigation::forget_north);
         }
         change
     }
@@ -545,64 +572,58 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             }
         }
         if let Some((course, variance)) = moving.and_then(|moving| of_all.found(moving)) {
-            self.navigations()
-                .for_each(|navigation| navigation.choose_course(course, variance));
+            let navigations = self
+                .hypotheses
+                .iter_mut()
+                .filter_map(|each| each.navigation.as_mut());
+            navigations.for_each(|navigation| navigation.choose_course(course, variance));
         }
     }
 
-    /// Adds the evidence of a measurement against each unit, and returns a change of trust.
+    /// Adds the evidence of a measurement against each unit, and returns a change of trust; `None` where no unit is compared.
+    #[allow(clippy::option_option)]
     #[inline(never)]
-    fn weigh(&mut self, quantity: Quantity, misfits: &[AidedMisfit<T>; UNITS]) -> Option<Trust<T>> {
-        for (hypothesis, misfit) in self.hypotheses.iter_mut().zip(misfits) {
-            if misfit.axes > 0 {
-                hypothesis.of(quantity).follow(misfit);
+    fn weigh(
+        &mut self,
+        quantity: Quantity,
+        misfits: &[Option<AidedMisfit<T>>; UNITS],
+    ) -> Option<Option<Trust<T>>> {
+        let faulty = self.faulty;
+        let confidence = match quantity {
+            Quantity::Velocity => &mut self.of_velocity,
+            Quantity::Heading => &mut self.of_heading,
+        };
+        let (mut least, mut mean, mut fits_any) = (None, None, false);
+        let compared = self.hypotheses.iter_mut().zip(misfits).enumerate();
+        for (_, (hypothesis, misfit)) in compared.filter(|(number, _)| !faulty.contains(*number)) {
+            if let Some(misfit) = misfit {
+                let usual = hypothesis.of(quantity).usual;
+                fits_any |= hypothesis.of(quantity).explains(misfit);
+                least = smallest(least, misfit.sum / usual);
+                mean = smallest(mean, misfit.sum / usual / count(misfit.axes.into()));
             }
         }
-        let (least, mean) = self.best_misfit(quantity, misfits)?;
-        let fits_any = self.fits_any(quantity, misfits);
-        let confidence = *self.confidence(quantity);
-        let learns = self.is_calm && (fits_any || !confidence.has_trusted);
+        let (least, mean) = least.zip(mean)?;
+        let counts = fits_any && confidence.trusted;
         for (hypothesis, misfit) in self.hypotheses.iter_mut().zip(misfits) {
-            if misfit.axes == 0 {
-                continue;
-            }
-            if fits_any && confidence.trusted {
+            let Some(misfit) = misfit else { continue };
+            if counts {
                 let beyond = (misfit.sum / hypothesis.of(quantity).usual - least) * real(0.5); // set.md, eq. 34
                 let added = beyond.max(T::zero()).min(real(OF_ONE));
                 hypothesis.against = (hypothesis.against + added).min(real(MOST));
             }
-            if learns {
+            if self.is_calm && (fits_any || !confidence.has_trusted) {
                 hypothesis.of(quantity).learn(misfit);
             }
         }
-        let change = self.confidence(quantity).trust(mean.square_root());
-        if confidence.trusted && !self.confidence(quantity).trusted {
+        let before = confidence.trusted;
+        let change = confidence.trust(mean.square_root());
+        if before && !confidence.trusted {
             for hypothesis in &mut self.hypotheses {
                 hypothesis.against = T::zero();
             }
         }
-        change
-    }
-
-    /// Misfit of the best sound unit that is compared, in squares of what is usual: the sum over the axes, and their mean.
-    fn best_misfit(&mut self, quantity: Quantity, misfits: &[AidedMisfit<T>; UNITS]) -> Option<(T, T)> {
-        let (mut least, mut mean) = (None, None);
-        let compared = self.hypotheses.iter_mut().zip(misfits).enumerate();
-        for (number, (hypothesis, misfit)) in compared {
-            if misfit.axes > 0 && !self.faulty.contains(number) {
-                let sum = misfit.sum / hypothesis.of(quantity).usual;
-                least = smallest(least, sum);
-                mean = smallest(mean, sum / count(misfit.axes.into()));
-            }
-        }
-        least.zip(mean)
-    }
-
-    fn confidence(&mut self, quantity: Quantity) -> &mut Confidence<T> {
-        match quantity {
-            Quantity::Velocity => &mut self.of_velocity,
-            Quantity::Heading => &mut self.of_heading,
-        }
+        Some(change)
     }
 
     /// Returns the age of a time in windows.

@@ -9,8 +9,7 @@ mod evidence;
 mod navigation;
 mod track;
 
-pub(crate) use evidence::{AidingEvidence, AidingWindow, Trust};
-pub(crate) use navigation::{AidedReading, WindowConditions};
+pub(crate) use evidence::{AidedReading, AidingEvidence, AidingWindow, Trust};
 
 use nalgebra::Vector3;
 

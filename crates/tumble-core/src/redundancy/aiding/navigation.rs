@@ -63,17 +63,12 @@ enum LevelCourse<T: Real> {
     AlongPrimary,
 }
 
-/// Reading of a unit over a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AidedReading<T: Real> {
-    /// Specific force, m/s^2, and angular rate, rad/s, at the place and in the axes of the primary, with known errors corrected.
-    pub reading: [Vector3<T>; 2],
+/// Readings of a unit over a window.
+pub(super) struct NavigationStep<'a, T: Real> {
+    /// m/s^2 and rad/s, axes and place of the primary.
+    pub reading: &'a [Vector3<T>; 2],
     /// Squared noise densities of its samples, (m/s^2)^2 s and (rad/s)^2 s.
-    pub noise: [T; 2],
-}
-
-/// What all units share in a window.
-pub(crate) struct WindowConditions<T: Real> {
+    pub noise: &'a [T; 2],
     /// Length of the window, s.
     pub length: T,
     /// m/s^2.
@@ -181,8 +176,8 @@ impl<T: Real> Navigation<T> {
     }
 
     /// Advances the state by a window.
-    pub fn advance(&mut self, unit: &AidedReading<T>, conditions: &WindowConditions<T>) {
-        let ([f, w], h) = (&unit.reading, conditions.length);
+    pub fn advance(&mut self, step: &NavigationStep<'_, T>) {
+        let ([f, w], h) = (step.reading, step.length);
         let turn: Vector3<T> = (w - self.rate_error) * h;
         let coning: Vector3<T> = self.turn.cross(&turn) * real::<T>(1.0 / 12.0);
         let half: Vector3<T> = turn * real::<T>(0.5);
@@ -190,31 +185,31 @@ impl<T: Real> Navigation<T> {
         self.level_from_primary = middle * rotation_of(&(half + coning)); // set.md, eq. 28
         self.turn = turn;
         let force: Vector3<T> = middle * (f - self.force_error);
-        self.acceleration = force - Vector3::z() * conditions.gravity;
+        self.acceleration = force - Vector3::z() * step.gravity;
         self.velocity += self.acceleration * h; // set.md, eq. 28
         self.track.push(&self.velocity, &self.acceleration);
         let moves = Moves {
             velocity_by_attitude: force.cross_matrix() * -h,
             by_reading: *middle.to_rotation_matrix().matrix() * -h,
         };
-        self.covariance.spread(&moves, &noise(&unit.noise, h));
+        self.covariance.spread(&moves, &noise(step.noise, h));
         match &mut self.course {
-            LevelCourse::Unaided => self.level(&force, conditions),
-            LevelCourse::Sought(search) => search.carry(&moves, h, conditions.rests),
+            LevelCourse::Unaided => self.level(&force, step.rests, h),
+            LevelCourse::Sought(search) => search.carry(&moves, h, step.rests),
             LevelCourse::Known(_) | LevelCourse::AlongPrimary => {}
         }
     }
 
-    /// Levels by the specific force over a window.
-    fn level(&mut self, force: &Vector3<T>, conditions: &WindowConditions<T>) {
+    /// Levels by the specific force over a window of `length` s.
+    fn level(&mut self, force: &Vector3<T>, rests: bool, length: T) {
         let [moving, resting] = ACCELERATES.map(tabulated::<T>);
-        let sigma = if conditions.rests { resting } else { moving };
+        let sigma = if rests { resting } else { moving };
         for axis in [Vector3::x(), Vector3::y()] {
             let row = Errors {
                 attitude: force.cross(&axis),
                 ..Errors::none()
             };
-            let innovation = self.measured(row, -force.dot(&axis), sigma * sigma / conditions.length);
+            let innovation = self.measured(row, -force.dot(&axis), sigma * sigma / length);
             self.update(&innovation);
         }
     }
@@ -407,15 +402,18 @@ impl<T: Real> Navigation<T> {
                 return;
             };
             let direction = unit_along(axis);
-            let (of_all, by_course, variance) = if axis == 2 {
-                (aided.value.z, [T::zero(); 2], aided.sigma.z * aided.sigma.z)
+            let [by_cosine, by_sine] = turned_back(axis, &aided.value.xy());
+            let (measured, variance) = if axis == 2 {
+                let sigma = aided.sigma.z;
+                ([aided.value.z, T::zero(), T::zero()], sigma * sigma)
             } else {
-                (T::zero(), turned_back(axis, &aided.value.xy()), variance)
+                ([T::zero(), by_cosine, by_sine], variance)
             };
+            let [of_all, by_cosine, by_sine] = measured;
             if variance.is_finite() {
                 let of_all = of_all - velocity.dot(&direction);
                 let innovation = self.measured(self.by_velocity(&direction), of_all, variance);
-                self.search_with(&innovation, by_course);
+                self.search_with(&innovation, [by_cosine, by_sine]);
             }
         }
     }

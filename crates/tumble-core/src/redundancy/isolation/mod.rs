@@ -27,7 +27,7 @@ use nalgebra::Vector3;
 
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
-use crate::redundancy::aiding::{AidedReading, AidingEvidence, AidingWindow, WindowConditions};
+use crate::redundancy::aiding::{AidedReading, AidingEvidence, AidingWindow};
 use crate::redundancy::components::{difference, follow, set_all, smaller, sum};
 use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::isolation::delay::Delays;
@@ -560,13 +560,11 @@ where
                 .sensors
                 .iter()
                 .all(|isolator| isolator.is_calm(window.length)),
+            rests: window.units.iter().flatten().any(|unit| unit.at_rest.is_some()),
             number: window.number,
             span: window.span,
-            conditions: WindowConditions {
-                length: window.length,
-                gravity: window.gravity,
-                rests: window.units.iter().flatten().any(|unit| unit.at_rest.is_some()),
-            },
+            length: window.length,
+            gravity: window.gravity,
         };
         aiding_evidence.advance(&surroundings);
     }

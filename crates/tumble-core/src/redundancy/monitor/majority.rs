@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, matrix_product, transposed_product, zeros};
 use crate::real::{Real, real, seconds};
-use crate::redundancy::aiding::{AidedReading, AidingWindow, WindowConditions};
+use crate::redundancy::aiding::{AidedReading, AidingWindow};
 use crate::redundancy::components::{difference, larger};
 use crate::redundancy::evaluation::{StoredCalibration, StoredCalibrations};
 use crate::redundancy::health::{Health, HealthFault};
@@ -372,13 +372,11 @@ fn aiding_window<T: Real, const UNITS: usize>(
         faulty: UnitSet::of::<UNITS>(|unit| !window.active.contains(unit)),
         departing: window.disputed,
         is_calm: window.disputed.count() == 0,
+        rests: window.is_rest,
         number: window.number,
         span: HOP,
-        conditions: WindowConditions {
-            length: seconds(HOP),
-            gravity,
-            rests: window.is_rest,
-        },
+        length: seconds(HOP),
+        gravity,
     }
 }
 

@@ -12,16 +12,13 @@ fn started() -> Navigation<f64> {
 }
 
 fn advance(unit: &mut Navigation<f64>, reading: &Readings, rests: bool) {
-    let read = AidedReading {
-        reading: *reading,
-        noise: [3.6e-3 / 0.09, 4e-6 / 0.09],
-    };
-    let conditions = WindowConditions {
+    unit.advance(&NavigationStep {
+        reading,
+        noise: &[3.6e-3 / 0.09, 4e-6 / 0.09],
         length: H,
         gravity: GRAVITY,
         rests,
-    };
-    unit.advance(&read, &conditions);
+    });
 }
 
 /// A unit that flies, tilted and turning, with a known course.
