@@ -91,18 +91,10 @@ class ComputerClock(clock.Clock):
         raise AssertionError(f"waits {seconds} s by the computer's clock; take the fixture simulated_clock")
 
     def thread(self, work, arguments, name):
-        _refuse_live(name)
+        # Sources are watched by a thread each, whose turns would depend on how busy the computer is.
+        if name.startswith("watch "):
+            raise AssertionError("hears a source by the computer's clock; take the fixture simulated_clock")
         return super().thread(work, arguments, name)
-
-    def executor(self, name):
-        _refuse_live(name)
-        return super().executor(name)
-
-
-def _refuse_live(name):
-    """Refuses work of a live session beside it, whose turns would depend on how busy the computer is."""
-    if name == "disk" or name.startswith("watch "):
-        raise AssertionError("a live session by the computer's clock; take the fixture simulated_clock")
 
 
 @contextmanager

@@ -51,10 +51,14 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
     with damage_said(path, _REMEDY):
         _refuse_large(path)
     with damage_said(path, _REMEDY), open_regular(path) as stream, pa.PythonFile(stream, "r") as file:
-        reader = pa.ipc.open_file(file)
+        # In the thread that asks: threads of Arrow go on with a damaged batch after it was refused.
+        options = pa.ipc.IpcReadOptions(use_threads=False)
+        reader = pa.ipc.open_file(file, options=options)
         if names is not None:
-            fields = [number for number, name in enumerate(reader.schema.names) if name in names]
-            reader = pa.ipc.open_file(file, options=pa.ipc.IpcReadOptions(included_fields=fields))
+            options.included_fields = [
+                number for number, name in enumerate(reader.schema.names) if name in names
+            ]
+            reader = pa.ipc.open_file(file, options=options)
         yield reader
 
 
