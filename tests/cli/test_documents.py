@@ -165,7 +165,7 @@ def test_events_of_a_live_session_are_what_their_schema_says(printed, simulated,
     assert events
     forms = set()
     for number, event in enumerate(events):
-        # Of hundreds of one form every tenth is held against the schema; all of them in `make soak`.
+        # Every tenth of hundreds of one form is held against the schema; all of them in `make soak`.
         form = (event["event"], *((key, type(value)) for key, value in event.items()))
         if form in forms and number % 10 and not SOAK:
             continue

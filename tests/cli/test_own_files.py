@@ -132,7 +132,7 @@ def test_what_is_not_ours_stays_whatever_a_command_writes(workplace, tmp_path, c
     assert names
     names += [] if any("{}" in each for each in command) else [Path(LOCK_FILE)]
     for number, name in enumerate(names, start=COMMANDS.index(command)):
-        # What is foreign differs by the kind of a file; links are all refused alike, and take turns.
+        # Foreign contents differ by the kind of a file; links are all refused alike, and take turns.
         for what in ("foreign", *(LINKS if SOAK else [LINKS[number % len(LINKS)]])):
             folder = tmp_path / f"{what} {name}".replace("/", " ")
             (folder / name).parent.mkdir(parents=True)

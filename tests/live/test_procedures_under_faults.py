@@ -34,7 +34,7 @@ CASES = [(name, kind) for name in LIVE for kind in (KINDS if SOAK else FEW.get(n
 RECORDING = [name for name, row in LIVE.items() if row.session]
 TURNED = "turntable that turns its table"
 KILLED, FULL = ([name for name in RECORDING if SOAK or name != other] for other in ("turntable", TURNED))
-"""Of both turntables, which record and resume by the same code, `make test` kills the one with a table to
+"""A turntable records and resumes alike with a table and without: `make test` kills the one with a table to
 stop, and fills the disk of the other."""
 LOST = 2.0
 """s that a kill may cost."""

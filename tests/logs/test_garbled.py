@@ -58,7 +58,7 @@ GARBLED = {
     "arabic": (field(3, "٣".encode()), ["in column az, which is not a number"]),
     "nuls": (lambda line: b"\x00" * len(line), ["1 field ", "byte 1 is 0x00"]),
 }
-"""What happens to a line, and the words that name it."""
+"""Damage to a line, and the words that name it."""
 CASES = [
     (name, at)
     for number, name in enumerate(GARBLED)

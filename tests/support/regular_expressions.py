@@ -144,7 +144,7 @@ def _of_node(kind, given):
 
 
 def _matching_one(given):
-    """Returns what matches one letter of a set; None where that cannot be told."""
+    """Returns what matches one letter of a set; None where that is not known."""
     tree = _parser.parse("a")
     tree.data = [(_constants.IN, given)]
     compiler = getattr(re, "_compiler", None) or __import__("sre_compile")
@@ -208,7 +208,7 @@ if __name__ == "__main__":
     # Trees of all modules stay to the end: to look for what is free takes longer than to make them.
     gc.disable()
     slow = {}
-    """Whether each expression is slow, for those that stand in several places."""
+    """True for each expression that is slow: some stand in several places."""
     for place, made, way in chain(of_the_page(), expressions()):
         if place.partition(":")[0] not in sys.argv[1:]:
             if (made, way) not in slow:

@@ -90,12 +90,6 @@ class ComputerClock(clock.Clock):
     def sleep(self, seconds):
         raise AssertionError(f"waits {seconds} s by the computer's clock; take the fixture simulated_clock")
 
-    def thread(self, work, arguments, name):
-        # Sources are watched by a thread each, whose turns would depend on how busy the computer is.
-        if name.startswith("watch "):
-            raise AssertionError("hears a source by the computer's clock; take the fixture simulated_clock")
-        return super().thread(work, arguments, name)
-
 
 @contextmanager
 def simulated_if_live(words):
