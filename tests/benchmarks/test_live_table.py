@@ -34,8 +34,6 @@ def test_no_plan_beats_the_shortest_and_the_session_uses_it():
     assert backwards.motion_seconds >= live_table.shortest_motion(backwards) - 1e-9
 
 
-# Its sources go by a clock of their own.
-@pytest.mark.usefixtures("computer_clock")
 def test_session_without_sockets_finds_the_truth_within_its_sigmas(monkeypatch):
     monkeypatch.setattr(live_table, "POSE_SECONDS", 2.0)
     monkeypatch.setattr(live_table, "TARGETS", 1)

@@ -61,7 +61,6 @@ def units():
     return {"imu": RecordedUnit(open_source("udp://127.0.0.1:9"), "udp://127.0.0.1:9")}
 
 
-@pytest.mark.usefixtures("simulated_clock")
 def test_a_recorder_and_a_run_keep_each_other_out(tmp_path, log, holder):
     folder = tmp_path / "out"
     with pytest.raises(OutputError, match=rf"another run \(process {holder.pid}\) writes into this folder"):
@@ -82,7 +81,6 @@ def test_a_recorder_and_a_run_keep_each_other_out(tmp_path, log, holder):
     assert not (folder / LOCK_FILE).exists()
 
 
-@pytest.mark.usefixtures("simulated_clock")
 def test_a_command_records_into_a_folder_that_it_holds(tmp_path):
     folder = tmp_path / "out"
     with files_of_command():

@@ -92,7 +92,6 @@ def test_units_of_a_session_share_a_clock_and_state_their_units(tmp_path, logs):
     assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "head of the file")
 
 
-@pytest.mark.usefixtures("simulated_clock")
 def test_the_state_of_the_wheels_is_recorded_and_replayed(tmp_path):
     lines = text_lines(TABLE, header="time,ax,ay,az,gx,gy,gz").decode().splitlines()
     rows = [f"{line},{'moving' if number == 0 else number % 2}" for number, line in enumerate(lines)]

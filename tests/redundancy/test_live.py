@@ -220,7 +220,6 @@ def test_the_output_goes_where_it_is_sent_to(served):
     assert np.array_equal(times, replayed.time)
 
 
-@pytest.mark.usefixtures("simulated_clock")
 def test_session_begins_with_its_primary_whoever_sends_first(tmp_path, said):
     described = {name: RecordedUnit(Scripted([]), "typed") for name in ("imu1", "imu2")}
     with SessionWriter(tmp_path / "session", described, "host") as session:
