@@ -14,7 +14,7 @@ import pytest
 import tumble
 from log_fixtures import made_up, write
 from patience import PATIENCE
-from repetitions import SOAK
+from repetitions import by_turns
 from tumble.cli.exit_code import ExitCode
 from turntable_sessions import one_line, typed
 
@@ -75,8 +75,7 @@ def test_a_stream_that_nobody_reads_keeps_the_exit_code(tmp_path, log, streams):
     write(log, still)
     program = shlex.join(COMMAND)
     # Each takes every other command, a process each: what draws, prints, refuses and writes by turns.
-    begins = 0 if SOAK else list(STREAMS).index(streams) % 2
-    for words, code in list(COMMANDS_OF_STREAMS.items())[begins :: 1 if SOAK else 2]:
+    for words, code in by_turns(list(COMMANDS_OF_STREAMS.items()), list(STREAMS).index(streams), 2):
         line = f"{program} {words.format(log=shlex.quote(str(log)))} {redirected}; exit ${{PIPESTATUS[0]}}"
         done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, cwd=tmp_path)
         prints = code != ExitCode.USER_ERROR or "--json" in words

@@ -13,7 +13,7 @@ from log_fixtures import made_up as made_up_log
 from log_fixtures import write
 from made_up_calibrations import made_up, save
 from made_up_certificates import project_file
-from repetitions import SOAK
+from repetitions import by_turns
 from tumble.bench.run_folder import KIND, RunFolder
 from tumble.fleet.places import FileStore
 from tumble.foundation.errors import OutputError
@@ -133,7 +133,7 @@ def test_what_is_not_ours_stays_whatever_a_command_writes(workplace, tmp_path, c
     names += [] if any("{}" in each for each in command) else [Path(LOCK_FILE)]
     for number, name in enumerate(names, start=COMMANDS.index(command)):
         # Foreign contents differ by the kind of a file; links are all refused alike, and take turns.
-        for what in ("foreign", *(LINKS if SOAK else [LINKS[number % len(LINKS)]])):
+        for what in ("foreign", *by_turns(LINKS, number, len(LINKS))):
             folder = tmp_path / f"{what} {name}".replace("/", " ")
             (folder / name).parent.mkdir(parents=True)
             victim = tmp_path / "victim"

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from repetitions import SOAK
+from repetitions import by_turns
 from turntable_sessions import typed
 
 RATE, COUNT = 100.0, 3000
@@ -70,7 +70,7 @@ CASES = [
     for place, command in enumerate(COMMANDS)
     for number, name in enumerate(NAMES)
     # Each command meets each log once, its units stated or not by turns; both ways in `make soak`.
-    for units in (UNITS if SOAK else [UNITS[(place + number) % 2]])
+    for units in by_turns(UNITS, place + number, 2)
 ]
 
 

@@ -19,7 +19,7 @@ import fleet_functions
 from fleet_jobs import SerialEngine, function_job, results_of, run_job
 from hostile import MOST_BYTES, corrupted, few, for_long
 from made_up_fleets import write_fleets
-from repetitions import SOAK
+from repetitions import SOAK, by_turns
 from tumble import fleet
 from tumble.fleet import parts
 from tumble.fleet.inputs import COLUMNS, InputsError, inputs_of
@@ -36,11 +36,6 @@ TEXTS = st.sampled_from(
 )
 NUMBERS = st.sampled_from([0.0, -1.0, 1.0, 5e-324, 1e308, math.nan, math.inf, -math.inf, None])
 STATED = ("unit", "serial", "model", "lot", "operator", "station", "day", "verdict", "failure", "summary")
-
-
-def half(values, place):
-    """Every other one of some values, the others at the next place; all in `make soak`."""
-    return values if SOAK else values[place % 2 :: 2]
 
 
 @pytest.fixture(scope="module")
@@ -342,7 +337,7 @@ def test_no_number_or_text_of_a_status_breaks_what_is_shown(begun, words):
     ]
     for place, (key, before) in enumerate(whole.items()):
         given = numbers if isinstance(before, int | float) else [json.dumps(text) for text in texts]
-        for value in half(given, place):
+        for value in by_turns(given, place, 2):
             content = json.dumps(whole | {key: "HERE"}).replace('"HERE"', value)
             path.write_text(content)
             done = typed("fleet", words[0], job, *words[1:])
@@ -360,7 +355,7 @@ def test_a_ledger_of_other_contents_is_one_line(begun, name):
     path = status.with_name(name)
     whole = json.loads(path.read_text())
     for place, key in enumerate(whole):
-        for value in half((None, [], {"a": 1}, "x"), place):
+        for value in by_turns((None, [], {"a": 1}, "x"), place, 2):
             content = whole | {key: value}
             if value is None:
                 del content[key]

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, read, refusal, write_text
-from repetitions import SOAK, repetitions
+from repetitions import by_turns, repetitions
 from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions, open_recording
 from tumble.logs.csv import TextTable
@@ -63,7 +63,7 @@ CASES = [
     (name, at)
     for number, name in enumerate(GARBLED)
     # Two lines of each by turns, so that each line is garbled in some ways; all of them in `make soak`.
-    for at in (PLACES if SOAK else PLACES[number % 2 :: 2])
+    for at in by_turns(PLACES, number, 2)
 ]
 
 
@@ -110,7 +110,7 @@ VALUES = [b"1e30", b"-1e200", b"1.7e308"]
 @pytest.mark.parametrize(
     ("column", "value"),
     # Each column meets one of them by turns, and all in `make soak`.
-    [(each, value) for each in range(1, 7) for value in (VALUES if SOAK else [VALUES[each % 3]])],
+    [(each, value) for each in range(1, 7) for value in by_turns(VALUES, each, 3)],
 )
 def test_impossible_reading_is_left_out_with_time_and_value(log, column, value):
     clean = open_recording(log)

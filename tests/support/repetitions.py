@@ -28,6 +28,11 @@ def few(rows: Sequence[Row], count: int) -> Sequence[Row]:
     return [rows[place * (len(rows) - 1) // last] for place in range(count)]
 
 
+def by_turns(rows: Sequence[Row], place: int, step: int) -> Sequence[Row]:
+    """Returns each `step`-th of the rows, so that places in succession share them; all in `make soak`."""
+    return rows if SOAK else rows[place % step :: step]
+
+
 def only_soak(reason: str) -> pytest.MarkDecorator:
     """Marks a test that `make soak` runs alone, because it takes long and repeats what another shows."""
     return pytest.mark.skipif(not SOAK, reason=f"{reason}: for make soak")

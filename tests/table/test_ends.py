@@ -149,7 +149,7 @@ def test_a_killed_program_leaves_its_table_to_a_survivor(number):
         assert "its program died, and the table was stopped" in process.communicate(timeout=PATIENCE)[1]
 
 
-@pytest.mark.parametrize("number", [None, signal.SIGTERM, *([signal.SIGINT] if SOAK else [])])
+@pytest.mark.parametrize("number", few([None, signal.SIGINT, signal.SIGTERM], 2))
 def test_a_stop_that_is_not_answered_is_tried_after_the_end(number):
     with served("scpi") as (address, table), cut_line(address) as (led, line):
         observed = ObservedTable(table)
