@@ -58,13 +58,14 @@ FEW = 2
 """Phases that occur no more often than this are listed one by one."""
 
 
-def build() -> None:
-    """Builds all images."""
+def build(*images: str) -> None:
+    """Builds these images, or all, and the platform."""
     subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
     options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
     folder = ("--target-dir", str(ROOT / "target"))
     command = ("scripts/cargo_for_device.sh", "build", *options, *folder, "--package", "footprint")
-    subprocess.run(command, check=True, cwd=ROOT)
+    wanted = (word for image in images for word in ("--bin", image))
+    subprocess.run((*command, *wanted), check=True, cwd=ROOT)
 
 
 def flash(image: str) -> int:

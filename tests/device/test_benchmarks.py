@@ -2,8 +2,8 @@
 
 import json
 import shutil
-import subprocess
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -57,15 +57,6 @@ LINKED = (footprint.BASELINE, "apply", "instructions")
 """Images of which the size, or what instructions they take, is measured anew."""
 
 
-def link() -> None:
-    """Builds the platform and `LINKED`, each of which is optimised by itself."""
-    subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
-    options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
-    wanted = (word for image in LINKED for word in ("--bin", image))
-    command = ("scripts/cargo_for_device.sh", "build", *options, "--target-dir", "target", *wanted)
-    subprocess.run((*command, "--package", "footprint"), check=True, cwd=ROOT)
-
-
 def shorten(keep, kept):
     """Makes benchmarks shorter than their smallest setting; what is not measured has its figures of `kept`.
 
@@ -84,7 +75,7 @@ def shorten(keep, kept):
         keep.setitem(speed.PARTS, part, lambda *_, part=part: times[part])
     keep.setattr(production, "main", lambda _: None)
     keep.setattr(memory, "TINY", ("ROS 1 bag",))
-    keep.setattr(footprint, "build", link)
+    keep.setattr(footprint, "build", partial(footprint.build, *LINKED))
     measured, figures = footprint.flash, results.load("footprint", kept)
     taken = {part: figures["empty_bytes"] + size for part, size in figures["flash_bytes"].items()}
     keep.setattr(footprint, "flash", lambda image: measured(image) if image in LINKED else taken[image])
