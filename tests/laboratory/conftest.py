@@ -36,32 +36,26 @@ def address_on(request):
 
 
 @pytest.fixture(scope="session")
-def tables_of(request, tmp_path_factory):
-    """Function that returns a place with the tables of a registry and no row, on an engine.
+def tables(tmp_path_factory):
+    """Contents of a file with the tables of a registry: migrations take longer than most tests after them."""
+    path = tmp_path_factory.mktemp("tables") / "tables.db"
+    make_file(path)
+    Database(parse_address(str(path))).upgrade()
+    return path.read_bytes()
 
-    Migrations take longer than most tests take after them: copies of it need none.
-    """
-    made = {}
 
-    def tables_of(engine):
-        if engine not in made:
-            path = tmp_path_factory.mktemp("tables") / "tables.db"
-            if engine == "sqlite":
-                make_file(path)
-            else:
-                request.getfixturevalue("server").make("tables")
-            place = str(path) if engine == "sqlite" else request.getfixturevalue("server").url("tables")
-            Database(parse_address(place)).upgrade()
-            made[engine] = path if engine == "sqlite" else "tables"
-        return made[engine]
-
-    return tables_of
+@pytest.fixture(scope="session")
+def template(server):
+    """Name of a database on the server with the tables of a registry and no row."""
+    name = "tables"
+    Database(parse_address(server.make(name))).upgrade()
+    return name
 
 
 @pytest.fixture(scope="session", autouse=True)
-def migrations_run_once(tables_of):
+def migrations_run_once(tables):
     """A new file gets the tables that migrations have made in another one."""
-    tables, upgrade, own = tables_of("sqlite").read_bytes(), Database.upgrade, os.getpid()
+    upgrade, own = Database.upgrade, os.getpid()
 
     def copied(database):
         path = database.address.path
@@ -76,11 +70,13 @@ def migrations_run_once(tables_of):
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def address(request, address_on, tables_of, tmp_path):
+def address(request, address_on, tmp_path):
     """Address with room for a registry, on each engine; the tables are there where a test takes one."""
     if request.param == "sqlite" or "registry" not in request.fixturenames:
         return address_on(request.param, tmp_path)
-    return request.getfixturevalue("server").make(f"lab_{next(_NUMBERS)}", tables_of(request.param))
+    return request.getfixturevalue("server").make(
+        f"lab_{next(_NUMBERS)}", request.getfixturevalue("template")
+    )
 
 
 @pytest.fixture
