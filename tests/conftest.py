@@ -13,6 +13,7 @@ import yaml
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+from going_on import GoingOn
 from ports import chosen_among_own
 from processor_time import ProcessorTime
 from repetitions import SOAK, repetitions
@@ -63,6 +64,7 @@ LONG_AT_BENCH = tuple(
 
 def pytest_configure(config):
     config.pluginmanager.register(ProcessorTime())
+    config.pluginmanager.register(GoingOn())
 
 
 @pytest.fixture(scope="session", autouse=True)

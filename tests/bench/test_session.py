@@ -205,3 +205,10 @@ def test_fleets_show_their_progress_and_results(page):
     assert differences(page, "fleet") == []
     assert_opens(page, "Page of the fleet", MOVED)
     assert page.script_errors == []
+
+
+def test_a_page_that_the_bench_forgot_is_loaded_again(page):
+    with page.expect_navigation():
+        page.evaluate("socket.io.opts.query.client_id = 'forgotten'; socket.io.engine.close()")
+    page.get_by_role("link", name="Units").click()
+    page.locator(".screen-link[aria-current=page]", has_text="Units").wait_for()

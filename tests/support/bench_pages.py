@@ -28,9 +28,13 @@ QUICK = ("--speed", "4", "--rate", "25")
 """Simulated bench on which a session takes seconds."""
 TICK = 0.05
 """s between two rounds in which simulated units send: several samples a round cost what one does."""
+FORGOTTEN_AFTER = 60.0
+"""s after which a bench takes a browser on a busy computer for gone."""
 PROGRAM = f"""
+from tumble.bench import server
 from tumble.tools.simulate.live import procedure
 procedure.TICK = {TICK}
+server.FORGOTTEN_AFTER = {FORGOTTEN_AFTER}
 from tumble.cli.console import main
 main()
 """
@@ -50,10 +54,9 @@ class BenchProcess:
 
     def __init__(self, folder: Path, *options: str) -> None:
         words = ["bench", "--folder", str(folder), "--json", *options]
-        program = ("-c", PROGRAM) if "--simulated" in options else ("-m", "tumble")
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, *program, *words],
+            [sys.executable, "-c", PROGRAM, *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

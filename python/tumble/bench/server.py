@@ -44,6 +44,9 @@ COMPRESSION = 4
 PDF = "application/pdf"
 BETWEEN_PULSES = 0.1
 """s between two signs that the server has time for its pages."""
+FORGOTTEN_AFTER = 5.0
+"""s after which a page is forgotten whose browser has no socket; NiceGUI asks for a sign of life in 0.8 of it
+and waits for 0.4 of it. A browser that comes back later loads the page again."""
 GRACE = 2
 """s for open connections to end once the server is to."""
 
@@ -186,7 +189,7 @@ def _application(bench: Bench) -> FastAPI:
         dark=None,
         language="en-US",
         tailwind=False,
-        reconnect_timeout=5.0,
+        reconnect_timeout=FORGOTTEN_AFTER,
         message_history_length=MOST_SENT_AGAIN,
         show_welcome_message=False,
         binding_refresh_interval=None,

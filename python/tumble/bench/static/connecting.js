@@ -1,4 +1,6 @@
 // A page takes no clicks while it has no socket: they would be lost, or be done later, when nobody expects it.
+// One whose socket the server has refused, as it forgot the page meanwhile, is loaded again: Socket.IO tries no
+// more (https://socket.io/docs/v4/client-socket-instance/#socketactive).
 (() => {
   "use strict";
   const EVERY = 40; // ms
@@ -7,7 +9,11 @@
     document.body?.classList.toggle("connected", connected);
     const app = document.getElementById("app");
     if (app && app.inert === connected) app.inert = !connected;
+    if (window.socket && !window.socket.active) {
+      clearInterval(looking);
+      window.location.reload();
+    }
   };
+  const looking = setInterval(look, EVERY);
   look();
-  setInterval(look, EVERY);
 })();
