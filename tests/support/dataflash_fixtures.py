@@ -55,12 +55,13 @@ class DataFlashWriter:
 
     def batch(self, number, triad, instance, start, rate, multiplier, counts):
         """Logs a batch of (n, 3) counts."""
-        self.add("ISBH", 1, number, triad, instance, multiplier, len(counts), round(1e6 * start), rate)
+        now = len(self.messages)  # us, as of when a message is written
+        self.add("ISBH", now, number, triad, instance, multiplier, len(counts), round(1e6 * start), rate)
         for piece in range(0, len(counts), 32):
             rows = np.zeros((32, 3), "<i2")
             part = counts[piece : piece + 32]
             rows[: len(part)] = part
-            self.add("ISBD", 1, number, piece // 32, *(rows[:, axis].tobytes() for axis in range(3)))
+            self.add("ISBD", now, number, piece // 32, *(rows[:, axis].tobytes() for axis in range(3)))
         return self
 
     def content(self):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+from tumble.foundation.errors import LogError
 from tumble.foundation.names import check_length
 from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
@@ -69,6 +70,22 @@ def check_name(stated: object) -> str:
         raise TypeError(f"a topic or type is {type(stated).__name__}, no text")
     check_length(stated)
     return stated
+
+
+def check_one_definition(
+    path: Path, definitions: Iterable[tuple[str, Hashable]], names: Collection[str]
+) -> None:
+    """Raises `LogError` where messages of one of these topics are laid out in two ways.
+
+    `definitions` are topics, and whatever two publishers share only if their messages are laid out alike.
+    """
+    known: dict[str, Hashable] = {}
+    for topic, definition in definitions:
+        if topic in names and known.setdefault(topic, definition) != definition:
+            raise LogError(
+                f"{path}: topic {topic} is published with two definitions of its messages; record each on a "
+                "topic of its own"
+            )
 
 
 def kind_of(message_type: str) -> str | None:

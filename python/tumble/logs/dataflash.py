@@ -288,20 +288,35 @@ class _Batches:
 
     def samples(self, block: Mapping[str, DataflashRecords]) -> Iterator[tuple[TriadSamples, _Source]]:
         """Returns the readings of the pieces in a block, in SI, by the multiplier and rate of their head."""
-        heads, data = (_whole(block, name, columns) for name, columns in _BATCH_COLUMNS.items())
-        for head in () if heads is None else heads:
-            self._heads[int(head["N"])] = head
-            while len(self._heads) > _MOST_WAITING:
+        for is_data, message in _in_order(*(_whole(block, *each) for each in _BATCH_COLUMNS.items())):
+            number = int(message["N"])
+            if is_data:
+                head = self._heads.get(number)
+                if head is not None and (found := _piece(head, message)) is not None:
+                    yield found
+                continue
+            self._heads[number] = message
+            if len(self._heads) > _MOST_WAITING:
                 del self._heads[next(iter(self._heads))]
-        for piece in () if data is None else data:
-            head_of = self._heads.get(int(piece["N"]))
-            if head_of is not None and (found := _piece(head_of, piece)) is not None:
-                yield found
+
+
+def _in_order(*kinds: DataflashRecords | None) -> Iterator[tuple[bool, np.void]]:
+    """Returns heads, False, and data, True, as they were written: a number of a batch is given again."""
+    written = [records for records in kinds if records is not None]
+    places = [kind for kind, records in enumerate(kinds) if records is not None]
+    if not written:
+        return
+    time = np.concatenate([doubles(records["TimeUS"]) for records in written])
+    kind = np.repeat(places, [len(records) for records in written])
+    number = np.concatenate([np.arange(len(records)) for records in written])
+    for place in np.lexsort((kind, time)):
+        which = int(kind[place])
+        yield bool(which), written[places.index(which)][number[place]]
 
 
 _BATCH_COLUMNS = {
-    BATCH: {"N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate"},
-    BATCH_DATA: {"N", "seqno", "x", "y", "z"},
+    BATCH: {"TimeUS", "N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate"},
+    BATCH_DATA: {"TimeUS", "N", "seqno", "x", "y", "z"},
 }
 
 

@@ -14,8 +14,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from pymavlink.DFReader import FORMAT_TO_STRUCT  # type: ignore[import-untyped]
 
+from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.regular_files import open_regular
+from tumble.foundation.words import quoted
 from tumble.logs.walk import Damage, walk
 
 DataflashRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
@@ -27,6 +29,8 @@ PARAMETER = "PARM"
 _HEADER = 3
 _FORMAT = np.dtype([("type", "u1"), ("length", "u1"), ("name", "S4"), ("letters", "S16"), ("columns", "S64")])
 _ARRAY = "a"
+_ARRAYS = {"ISBD": {"x", "y", "z"}}
+"""Columns that are arrays, by the name of the message; in all others columns are single values."""
 _EMPTY = (0x00, 0xFF)
 """Bytes that fill the last page of a log."""
 
@@ -43,6 +47,9 @@ class _Layout:
         """Returns the fields; no fields where letters and columns do not fit."""
         named = all(self.columns) and len(set(self.columns)) == len(self.columns) == len(self.letters)
         if not named or not set(self.letters) <= FORMAT_TO_STRUCT.keys():
+            return np.dtype([])
+        arrays = {name for name, letter in zip(self.columns, self.letters, strict=True) if letter == _ARRAY}
+        if arrays != _ARRAYS.get(self.name, set()):
             return np.dtype([])
         return np.dtype(
             [(name, _type(letter)) for name, letter in zip(self.columns, self.letters, strict=True)]
@@ -73,7 +80,26 @@ class BinaryLog:
 
     def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, DataflashRecords]]:
         """Returns the messages of these names, those of about a megabyte of file at a time."""
-        yield from _blocks(self.path, _BinaryWalk(wanted, damage))
+        yield from _blocks(self.path, _BinaryWalk(wanted, damage, _Layouts(self.path)))
+
+
+@dataclass(slots=True)
+class _Layouts:
+    """Layouts by the name of the message."""
+
+    path: Path
+    _known: dict[str, _Layout] = field(default_factory=dict)
+
+    def define(self, layout: _Layout) -> None:
+        """Takes the layout of a name; raises `LogError` where it had another, as messages before have."""
+        if self._known.setdefault(layout.name, layout) != layout:
+            raise LogError(
+                f"{self.path}: defines the message {quoted(layout.name)} a second time, with other columns, "
+                "as two logs in one file do; split it where the second begins"
+            )
+
+    def __getitem__(self, name: str) -> _Layout:
+        return self._known[name]
 
 
 def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, DataflashRecords]]:
@@ -87,16 +113,19 @@ def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, Da
 class _BinaryWalk:
     wanted: Collection[str]
     damage: Damage
+    layouts: _Layouts
     _lengths: list[int] = field(default_factory=lambda: [0] * 256)
-    _layouts: dict[int, _Layout] = field(default_factory=dict)
-    _gathered: dict[int, list[bytes]] = field(default_factory=dict)
+    _gathered: dict[str, list[bytes]] = field(default_factory=dict)
+    """Messages by their name."""
+    _bound: dict[int, list[bytes]] = field(default_factory=dict)
+    """Where messages of a type are gathered, from its definition to the next of that type."""
 
     def __post_init__(self) -> None:
         self._lengths[FMT] = _HEADER + _FORMAT.itemsize
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
         """Splits off complete messages; returns their number of bytes."""
-        at, length, lengths, gathered = 0, len(data), self._lengths, self._gathered
+        at, length, lengths, gathered = 0, len(data), self._lengths, self._bound
         while at + _HEADER <= length:
             kind = data[at + 2]
             size = lengths[kind]
@@ -130,22 +159,21 @@ class _BinaryWalk:
             return
         layout = _Layout(name, _text(described["letters"]), tuple(_text(described["columns"]).split(",")))
         self._lengths[kind] = int(described["length"]) if described["length"] >= _HEADER else 0
+        self._bound.pop(kind, None)
         fields = layout.binary()
         if name in self.wanted and fields.names and fields.itemsize + _HEADER == described["length"]:
-            self._layouts[kind] = layout
-            self._gathered.setdefault(kind, [])
+            self.layouts.define(layout)
+            self._bound[kind] = self._gathered.setdefault(name, [])
 
     def records(self) -> dict[str, DataflashRecords]:
         """Returns what was gathered, and forgets it."""
         found: dict[str, DataflashRecords] = {}
-        for kind, parts in self._gathered.items():
+        for name, parts in self._gathered.items():
             if parts:
-                layout = self._layouts[kind]
-                fields = layout.binary()
-                sound = [part for part in parts if len(part) == fields.itemsize]
-                found[layout.name] = _scaled(np.frombuffer(b"".join(sound), fields), layout.factors())
+                layout = self.layouts[name]
+                found[name] = _scaled(np.frombuffer(b"".join(parts), layout.binary()), layout.factors())
                 parts.clear()
-        return {name: records for name, records in found.items() if len(records)}
+        return found
 
 
 def _is_filler(piece: bytes) -> bool:
@@ -171,14 +199,14 @@ class TextLog:
 
     def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, DataflashRecords]]:
         """Returns the messages of these names, those of about a megabyte of file at a time."""
-        yield from _blocks(self.path, _TextWalk(wanted, damage))
+        yield from _blocks(self.path, _TextWalk(wanted, damage, _Layouts(self.path)))
 
 
 @dataclass(slots=True)
 class _TextWalk:
     wanted: Collection[str]
     damage: Damage
-    _layouts: dict[str, _Layout] = field(default_factory=dict)
+    layouts: _Layouts
     _gathered: dict[str, list[bytes]] = field(default_factory=dict)
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
@@ -196,14 +224,14 @@ class _TextWalk:
     def _define(self, rest: bytes) -> None:
         fields = [_text(each.strip()) for each in rest.split(b",")]
         if len(fields) > 4 and (name := fields[2]) in self.wanted:
-            self._layouts[name] = _Layout(name, fields[3], tuple(fields[4:]))
+            self.layouts.define(_Layout(name, fields[3], tuple(fields[4:])))
             self._gathered.setdefault(name, [])
 
     def records(self) -> dict[str, DataflashRecords]:
         """Returns what was gathered, and forgets it."""
         found: dict[str, DataflashRecords] = {}
         for name, lines in self._gathered.items():
-            layout = self._layouts[name]
+            layout = self.layouts[name]
             if lines and layout.binary().names:
                 found[name] = records = _table(lines, layout)
                 self.damage.lines += len(lines) - len(records)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.regular_files import open_regular
 from tumble.logs.budget import memory_budget
 from tumble.logs.damage import damage_said
@@ -50,10 +53,7 @@ def _opened(path: Path) -> VariablesFile:
             _refuse_more_than_is_there(name, each, size)
         if sum(map(_chunk_bytes, datasets.values())) > memory_budget(size):
             raise ValueError("its chunks take more memory than the readings of such a file")
-        variables = [
-            Variable(name, each.shape, each.dtype, _pieces(path, name, each), _text(each.attrs, _UNITS))
-            for name, each in datasets.items()
-        ]
+        variables = [_variable(path, file, name, each) for name, each in datasets.items()]
         numbers = {
             name: float(np.asarray(each[()]).ravel()[0])
             for name, each in datasets.items()
@@ -64,6 +64,80 @@ def _opened(path: Path) -> VariablesFile:
             if np.ndim(value) == 0 and isinstance(value, np.number)
         }
         return VariablesFile(path, "hdf5", variables, numbers, _text(file.attrs, _SERIALS), _REMEDY, BLOCK)
+
+
+def _variable(path: Path, file: Any, name: str, dataset: Any) -> Variable:  # noqa: ANN401
+    pieces, unit = _pieces(path, name, dataset), _text(dataset.attrs, _UNITS)
+    columns = _columns_beside(file, name, dataset)
+    packing = _packing(name, dataset)
+    if packing is None:
+        return Variable(name, dataset.shape, dataset.dtype, pieces, unit, columns)
+    return Variable(
+        name,
+        dataset.shape,
+        np.dtype(np.float64),
+        lambda axis: map(packing.unpacked, pieces(axis)),
+        unit,
+        columns,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Packing:
+    """How numbers are packed, by attributes (CF conventions 1.11, sections 8.1 and 2.5.1)."""
+
+    scale: float
+    offset: float
+    absent: tuple[float, ...]
+    """Packed numbers that stand for none."""
+
+    def unpacked(self, packed: NDArray[Any]) -> FloatArray:
+        """Returns the numbers that packed ones stand for, NaN for none."""
+        numbers = packed.astype(np.float64)
+        is_absent = np.isin(numbers, self.absent)
+        numbers *= self.scale
+        numbers += self.offset
+        numbers[is_absent] = np.nan
+        return numbers
+
+
+def _packing(name: str, dataset: Any) -> _Packing | None:  # noqa: ANN401
+    """Returns how a dataset is packed; None where its numbers stand as they are.
+
+    Raises `ValueError` where an attribute of it is no number.
+    """
+    scale, offset = _number(name, dataset, "scale_factor"), _number(name, dataset, "add_offset")
+    stated = (_number(name, dataset, each) for each in ("_FillValue", "missing_value"))
+    absent = tuple(each for each in stated if each is not None and not np.isnan(each))
+    if scale in (None, 1.0) and offset in (None, 0.0) and not absent:
+        return None
+    if dataset.dtype.names is not None:
+        raise ValueError(f"{name} has fields, and is packed")
+    return _Packing(1.0 if scale is None else scale, 0.0 if offset is None else offset, absent)
+
+
+def _number(name: str, dataset: Any, attribute: str) -> float | None:  # noqa: ANN401
+    """Returns the one number of an attribute; None where there is none."""
+    if attribute not in dataset.attrs:
+        return None
+    value = np.asarray(dataset.attrs[attribute])
+    if value.size != 1 or value.dtype.kind not in "iuf":
+        raise ValueError(f"{name} is packed, and its {attribute} is no number")
+    return float(value.ravel()[0])
+
+
+def _columns_beside(file: Any, name: str, dataset: Any) -> tuple[str, ...]:  # noqa: ANN401
+    """Returns the names of the columns of a block of a pandas table, which stand in a dataset beside it.
+
+    Raises `ValueError` where they are not as many.
+    """
+    block, is_block, _ = name.rpartition("_values")
+    items = file.get(f"{block}_items") if is_block and re.search(r"(^|/)block\d{1,4}$", block) else None
+    if not isinstance(items, h5py.Dataset) or items.dtype.kind != "S" or len(items.shape) != 1:
+        return ()
+    if len(dataset.shape) != 2 or len(items) not in dataset.shape or len(items) > MOST_VARIABLES:
+        raise ValueError(f"{name} has shape {dataset.shape} for {len(items)} names")
+    return tuple(each.decode("utf-8", errors="replace") for each in items[()])
 
 
 def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py has no types

@@ -17,7 +17,7 @@ from mcap.summary import Summary
 
 from tumble.foundation.regular_files import open_regular
 from tumble.foundation.words import count_of
-from tumble.logs.bags import BagMessage, Topic, check_name, kind_of, remedy
+from tumble.logs.bags import BagMessage, Topic, check_name, check_one_definition, kind_of, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.mcap_integrity import UpTo, check_summary, chunk_remarks, end_of_whole_records
 from tumble.logs.message_form import Definition
@@ -92,12 +92,13 @@ class McapFile:
 
     def definitions(self) -> dict[str, Definition]:
         """Definitions of the messages of each topic; those of JSON need no schema."""
+        return dict(self._definitions())
+
+    def _definitions(self) -> Iterator[tuple[str, Definition]]:
         none = Schema(id=0, name="", encoding="", data=b"")
-        found = {}
         for channel in self._summary.channels.values():
             schema = self._summary.schemas.get(channel.schema_id, none)
-            found[channel.topic] = Definition(channel.message_encoding, schema.name, schema.data)
-        return found
+            yield channel.topic, Definition(channel.message_encoding, schema.name, schema.data)
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read."""
@@ -118,6 +119,7 @@ class McapFile:
         wanted = {
             channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
         }
+        check_one_definition(self.path, self._definitions(), names)
         with damage_said(self.path, remedy(self.path)), open_regular(self.path) as file:
             if self._summary.chunk_indexes:
                 yield from self._indexed(file, wanted)

@@ -14,10 +14,13 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus
 from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
-from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
+from tumble.logs.rosmsg import Encoding, decode, frame_of, frames_of, seconds
 from tumble.logs.track import DATE_AND_TIME, DEFINED, RawMagnetic, RawSamples, StatedUnit, stack
 
 _HEADER, _STAMP = "header", "stamp"
+_FRAME_EVERY = 53
+"""Messages from one whose frame is read to the next, where that takes as long as all else: a prime, lest
+drivers that take turns have it fall on one of them."""
 _MAGNETIC_FIELD = "magnetic_field"
 """Vector of a sensor_msgs/MagneticField."""
 _COVARIANCES = {
@@ -64,6 +67,10 @@ class ImuDecoder(Protocol):
         """Returns the name of the frame; empty where a message states none."""
         ...
 
+    def frames(self, messages: Sequence[bytes]) -> set[str]:
+        """Returns the names of the frames of decoded messages, where each means an IMU of its own."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class PlainImu:
@@ -81,6 +88,10 @@ class PlainImu:
     def frame(self, message: bytes) -> str:
         """Reads the name in the header."""
         return frame_of(message, self.encoding)
+
+    def frames(self, messages: Sequence[bytes]) -> set[str]:
+        """Reads the name in each header."""
+        return frames_of(messages, self.encoding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +153,10 @@ class FieldImu:
     def frame(self, message: bytes) -> str:
         """Reads the name in the message itself."""
         return self.form.frame(message)
+
+    def frames(self, messages: Sequence[bytes]) -> set[str]:
+        """Reads the name in some of the messages; frames of fields known by their names mean nothing."""
+        return set(map(self.frame, messages[::_FRAME_EVERY])) if self.embedded else set()
 
 
 def embedded_imus(form: MessageForm, fields: Sequence[str], what: str) -> dict[str, ImuDecoder]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -50,22 +51,61 @@ def _indexed(name: str) -> tuple[str, str, str]:
     return f"{name}[0]", f"{name}[1]", f"{name}[2]"
 
 
-def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> float:
-    """Divides counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
-    assert columns.accelerometer is not None
-    if any(map(_unit_in, columns.accelerometer)) or options.accelerometer_scale is not None:
-        return 1.0
-    stated = layout.preamble.get("acc_1g") or layout.preamble.get('"acc_1g"', "")
+def _header(path: Path, layout: TextLayout, name: str) -> str:
+    """Returns a header of a blackbox, before the columns or in a file beside; empty where there is none."""
+    stated = layout.preamble.get(name.lower()) or layout.preamble.get(f'"{name.lower()}"', "")
     beside = path.with_suffix(".headers.csv")
     if not stated and is_file(beside):
         with open_regular(beside) as file:
-            match = re.search(rb'acc_1G"?\s*,\s*"?(\d{1,6})', file.read(_HEADERS_BYTES))
+            pattern = rb'(?m)^"?%b"?\s*,\s*"?([\w.+-]{1,24})' % re.escape(name.encode())
+            match = re.search(pattern, file.read(_HEADERS_BYTES))
         stated = match[1].decode() if match else ""
-    counts = number_of(stated.strip('"'))
+    return stated.strip('"')
+
+
+def _refuse_scaled_rates(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> None:
+    """Raises `LogError` where headers say that raw rates may not be in deg/s, and nobody says what they are.
+
+    Betaflight logs them times ten at high resolution (blackbox.c, `blackboxHighResolutionScale`); firmware
+    before it logs counts, of which `gyro_scale` is one.
+    """
+    if (
+        columns.gyroscope is None
+        or any(map(_unit_in, columns.gyroscope))
+        or options.gyroscope_scale is not None
+    ):
+        return
+    scale = _float_of(_header(path, layout, "gyro_scale"))
+    fine = _header(path, layout, "blackbox_high_resolution")
+    said = f"gyro_scale {scale:.4g}" if scale not in (None, 1.0) else ""
+    said = "blackbox_high_resolution 1" if number_of(fine) == 1.0 else said
+    if said:
+        raise LogError(
+            f"{path}: its header says {said}, so that raw rates are not in deg/s; decode the log with "
+            "blackbox_decode --unit-rotation deg/s, or give the counts of a deg/s with --gyroscope-scale "
+            "(10 at high resolution)"
+        )
+
+
+def _float_of(text: str) -> float | None:
+    """Returns a number that stands in decimals, or as the bits of one in single precision: 0x3f800000."""
+    if re.fullmatch(r"0x[0-9a-fA-F]{8}", text):
+        (found,) = struct.unpack(">f", bytes.fromhex(text[2:]))
+        return float(found)
+    return number_of(text)
+
+
+def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> float:
+    """Divides counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
+    assert columns.accelerometer is not None
+    _refuse_scaled_rates(path, layout, options, columns)
+    if any(map(_unit_in, columns.accelerometer)) or options.accelerometer_scale is not None:
+        return 1.0
+    counts = number_of(_header(path, layout, "acc_1G"))
     if not counts or counts <= 0.0:
         raise LogError(
             f"{path}: accSmooth is in counts, and acc_1G stands neither before the columns nor in "
-            f"{beside.name}; "
+            f"{path.with_suffix('.headers.csv').name}; "
             "decode the log with blackbox_decode --unit-acceleration g, or give acc_1G with "
             "--accelerometer-scale"
         )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import islice
 
 import numpy as np
 
@@ -32,8 +31,6 @@ from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, choose
 
 _HEAD_SAMPLES = 1 << 14
-_FRAMES_COMPARED = 200
-"""Messages whose frame is read: drivers that share a topic take turns."""
 _OF_ROS = ("cdr", "ros1")
 _IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")
 
@@ -64,10 +61,9 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
     imus = _imus(bag)
     name = choose(path, tuple(imus), imu, "topic")
     found = imus[name]
-    messages = [each.data for each in islice(bag.messages([found.topic]), _FRAMES_COMPARED)]
-    if not messages:
+    first = next(bag.messages([found.topic]), None)
+    if first is None:
         raise LogError(f"{path}: topic {found.topic} holds no messages")
-    _refuse_several_frames(bag, found, messages)
     temperature = _temperature_topic(bag, found.topic)
     gatherer = _Gatherer(bag, found, temperature, use_stamps=True)
     head = next(gatherer.samples(_HEAD_SAMPLES))
@@ -92,7 +88,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         gyroscope_unit=units.gyroscope,
         time_unit=units.time if stamped else ROS_UNITS.time,
         temperature_unit=ROS_UNITS.temperature if temperature else units.temperature,
-        frame=found.decoder.frame(messages[0]) or "case",
+        frame=found.decoder.frame(first.data) or "case",
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
@@ -106,19 +102,6 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
 
 def _is_stamped(head: RawSamples) -> bool:
     return head.time is not None and bool(np.any(head.time))
-
-
-def _refuse_several_frames(bag: Bag, imu: _Imu, messages: Sequence[bytes]) -> None:
-    """Raises `LogError` where two drivers publish to one topic, each with a frame of its own."""
-    if isinstance(imu.decoder, FieldImu) and not imu.decoder.embedded:
-        return
-    frames = set(map(imu.decoder.frame, messages))
-    if len(frames) > 1:
-        raise LogError(
-            f"{bag.path}: {len(frames)} IMUs publish to {imu.name}, with the frame_id "
-            f"{join([quoted(frame) for frame in sorted(frames)])}; record each on a topic of its own, or "
-            "split the topic by frame_id"
-        )
 
 
 def _may_hold_imus(bag: Bag) -> bool:
@@ -280,15 +263,18 @@ class _Gatherer:
     def samples(self, size: int) -> Iterator[RawSamples]:
         """Returns `size` samples at a time, fewer at the end."""
         names = [self._imu.topic, *([self._temperature.name] if self._temperature else [])]
-        batch, first, held = _Batch(), 0, np.nan
+        batch, first, held, frames = _Batch(), 0, np.nan, set[str]()
         for message in self._bag.messages(names):
             self._add(batch, message)
             if len(batch.imu) == size:
                 samples, held = self._decode(batch, first, held)
+                self._note_frames(batch, frames)
                 yield samples
                 batch, first = _Batch(), first + size
         if batch.imu:
-            yield self._decode(batch, first, held)[0]
+            samples, held = self._decode(batch, first, held)
+            self._note_frames(batch, frames)
+            yield samples
 
     def _add(self, batch: _Batch, message: BagMessage) -> None:
         if message.topic == self._imu.topic:
@@ -297,6 +283,16 @@ class _Gatherer:
         else:
             batch.temperature.append(message.data)
             batch.before.append(len(batch.imu))
+
+    def _note_frames(self, batch: _Batch, frames: set[str]) -> None:
+        """Adds the frames of a batch; raises `LogError` where two drivers publish to one topic."""
+        frames |= self._imu.decoder.frames(batch.imu)
+        if len(frames) > 1:
+            raise LogError(
+                f"{self._bag.path}: {len(frames)} IMUs publish to {self._imu.name}, with the frame_id "
+                f"{join([quoted(frame) for frame in sorted(frames)])}; record each on a topic of its own, or "
+                "split the topic by frame_id"
+            )
 
     def _decode(self, batch: _Batch, first: int, held: float) -> tuple[RawSamples, float]:
         """Decodes a batch, and returns the last temperature to hold for the next one."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
+from collections.abc import Hashable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -10,6 +12,15 @@ from tumble.logs.bags import Topic, check_name, kind_of, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
+
+_REMARK = re.compile("#[^\n]*")
+
+
+def definitions_of(reader: Any) -> Iterator[tuple[str, Hashable]]:  # noqa: ANN401 - as `_reader`
+    """Returns, for each connection, its topic, and type and definition of its messages without remarks."""
+    for each in reader.connections:
+        words = _REMARK.sub("", each.msgdef.data).split()
+        yield each.topic, (each.msgtype, tuple(words))
 
 
 class RosBag(ABC):

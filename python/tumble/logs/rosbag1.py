@@ -14,11 +14,11 @@ from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData, decompressors
 
 from tumble.logs.bag_files import BagPath
-from tumble.logs.bags import BagMessage, remedy
+from tumble.logs.bags import BagMessage, check_one_definition, remedy
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
-from tumble.logs.rosbag import RosBag
+from tumble.logs.rosbag import RosBag, definitions_of
 from tumble.logs.rosmsg import ROS1
 from tumble.logs.track import LARGEST_RATIO, LoggedImu
 
@@ -67,6 +67,7 @@ class RosBag1(RosBag):
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
         with damage_said(self.path, remedy(self.path)), self._reader() as reader:
             assert reader.bio is not None
+            check_one_definition(self.path, definitions_of(reader), names)
             wanted = {
                 connection.id: connection.topic
                 for connection in reader.connections

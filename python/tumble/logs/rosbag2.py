@@ -9,12 +9,12 @@ from rosbags.rosbag2 import Reader, reader, storage_mcap, storage_sqlite3
 
 from tumble.logs.bag_files import BagPath, RegularDatabases
 from tumble.logs.bag_journal import JoinedBag
-from tumble.logs.bags import BagMessage, remedy
+from tumble.logs.bags import BagMessage, check_one_definition, remedy
 from tumble.logs.bounded_bags import BoundedZstd, unpacked_lz4, unpacked_zstd
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
-from tumble.logs.rosbag import RosBag
+from tumble.logs.rosbag import RosBag, definitions_of
 from tumble.logs.rosmsg import CDR
 from tumble.logs.track import LoggedImu
 
@@ -52,6 +52,7 @@ class RosBag2(RosBag):
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
         with damage_said(self.path, remedy(self.path)), self._reader() as reader:
+            check_one_definition(self.path, definitions_of(reader), names)
             wanted = [connection for connection in reader.connections if connection.topic in names]
             for connection, log_time, data in reader.messages(connections=wanted):
                 if not isinstance(data, bytes):

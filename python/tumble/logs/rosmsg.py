@@ -85,6 +85,15 @@ def frame_of(message: bytes, encoding: Encoding) -> str:
     return message[start : start + length].rstrip(b"\x00").decode("utf-8", errors="replace")
 
 
+def frames_of(messages: Sequence[bytes], encoding: Encoding) -> set[str]:
+    """Names of the frames in the headers of messages that have one byte order."""
+    begin = encoding.stamp_offset + 8
+    end = begin + 4 + len(frame_of(messages[0], encoding).encode()) if messages else begin
+    # The length of the name stands before it: names that begin alike differ there.
+    different = {message[begin:end]: message for message in messages}
+    return {frame_of(message, encoding) for message in different.values()}
+
+
 def decode(messages: Sequence[bytes], kind: str, encoding: Encoding) -> Decoded:
     """Decodes messages of one kind, `imu`, `temperature`, `magnetometer` or `vector`.
 

@@ -22,7 +22,7 @@ from tumble.foundation.firmware.px4 import correction_of
 from tumble.foundation.firmware.rotations import rotation
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
-from tumble.foundation.words import count_of
+from tumble.foundation.words import count_of, join
 from tumble.logs import ulog_magnetometer
 from tumble.logs.flight import FlightImu, FlightMagnetometer, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
@@ -183,7 +183,11 @@ def _apart(
             serial=str(devices["accelerometer"] or devices["gyroscope"] or ""),
             corrections=partial(_corrections, log, scan, devices),
             has_temperature=any("temperature" in each.names for each in facts.values()),
-            notices=(*_notices_apart(form, facts, base, devices), *scan.remarks),
+            notices=(
+                *_on_changes({triad: each.devices.get("device_id", set()) for triad, each in facts.items()}),
+                *_notices_apart(form, facts, base, devices),
+                *scan.remarks,
+            ),
         )
 
 
@@ -198,6 +202,17 @@ def _stamps_sensors(facts: _TopicFacts) -> bool:
 def _only(devices: set[int]) -> int:
     """Returns the one device; 0 where it is not known, or changed."""
     return next(iter(devices)) if len(devices) == 1 else 0
+
+
+def _on_changes(of_triads: Mapping[Triad, set[int]]) -> Iterator[str]:
+    """Says which triads are those of several devices: what is found is true of none."""
+    for triad, ids in of_triads.items():
+        if len(ids) > 1:
+            devices = join([str(each) for each in sorted(ids)])
+            yield (
+                f"the {triad} changes within the log, as its devices are {devices}: what is found is true of "
+                "none of them; read a form with one device, or split the log where it changes"
+            )
 
 
 def _notices_apart(
@@ -267,7 +282,9 @@ def _unpacked(triad: Triad, records: UlogRecords) -> TriadSamples:
     )
     if "rotation" in (records.dtype.names or ()) and len(records):
         # Later firmware leaves it to the reader to turn a batch into the axes of the autopilot.
-        readings = readings @ _turned(int(records["rotation"][0])).T
+        turns = np.repeat(records["rotation"], count)
+        for number in np.unique(turns):
+            readings[turns == number] = readings[turns == number] @ _turned(int(number)).T
     temperature = _temperature(records)
     return TriadSamples(triad, time, readings, None if temperature is None else np.repeat(temperature, count))
 
@@ -298,7 +315,11 @@ def _together(
             serial=str(devices["accelerometer"] or ""),
             corrections=partial(_corrections, log, scan, devices),
             has_temperature="temperature_accel" in facts.names or warmth is not None,
-            notices=(*_notices_together(facts), *scan.remarks),
+            notices=(
+                *_on_changes(_known_devices(scan, facts)),
+                *_notices_together(facts),
+                *scan.remarks,
+            ),
         )
 
 
@@ -316,15 +337,22 @@ def _notices_together(facts: _TopicFacts) -> Iterator[str]:
 
 def _devices(log: ULogFile, scan: _Scan, facts: _TopicFacts) -> dict[Triad, int]:
     """Returns the devices a topic is about: its own, else those that PX4 had selected."""
-    selected = scan.topics.get(UlogTopic(SELECTION, 0))
     found: dict[Triad, int] = {}
-    for triad, name in _DEVICE.items():
-        ids = facts.devices.get(name) or (selected.devices.get(name, set()) if selected else set())
+    for triad, ids in _known_devices(scan, facts).items():
         primary = int(
             log.parameters.get("CAL_ACC_PRIME" if triad == "accelerometer" else "CAL_GYRO_PRIME", 0)
         )
         found[triad] = _only(ids) if ids else primary
     return found
+
+
+def _known_devices(scan: _Scan, facts: _TopicFacts) -> dict[Triad, set[int]]:
+    """Returns the ids that a topic states, else those that PX4 had selected."""
+    selected = scan.topics.get(UlogTopic(SELECTION, 0))
+    return {
+        triad: facts.devices.get(name) or (selected.devices.get(name, set()) if selected else set())
+        for triad, name in _DEVICE.items()
+    }
 
 
 def _thermometer(scan: _Scan, device: int) -> UlogTopic | None:

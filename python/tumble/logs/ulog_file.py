@@ -46,6 +46,14 @@ _TYPES = {
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "bool": "u1", "char": "S1",
 }  # fmt: skip
 
+_VECTORS = {
+    "gyro_rad", "accelerometer_m_s2", "magnetometer_ga", "delta_angle", "delta_velocity", "mean_accel",
+    "mean_gyro",
+}  # fmt: skip
+"""Fields that are arrays of three in every topic."""
+_BATCHES = {"x", "y", "z"}
+"""Fields that are arrays in topics of batches, and in no others."""
+
 UlogRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
 """Messages of a topic, by its fields; arrays of three are (n, 3)."""
 
@@ -164,7 +172,7 @@ def _layout(formats: Mapping[str, Any], topic: str) -> np.dtype[np.void]:
         fields.pop()
     for kind, count, name in fields:
         size = _size(formats, kind, 0) * max(count, 1)
-        if kind in _TYPES and name not in names:
+        if kind in _TYPES and name not in names and _is_as_defined(topic, name, count):
             names.append(name)
             types.append((_TYPES[kind], (count,)) if count else _TYPES[kind])
             offsets.append(offset)
@@ -172,6 +180,13 @@ def _layout(formats: Mapping[str, Any], topic: str) -> np.dtype[np.void]:
     if offset > LARGEST_MESSAGE:
         return np.dtype([])
     return np.dtype({"names": names, "formats": types, "offsets": offsets, "itemsize": offset})
+
+
+def _is_as_defined(topic: str, name: str, count: int) -> bool:
+    """Returns whether a field of `count` values, 0 of a single one, is what PX4 has under that name."""
+    if name in _VECTORS:
+        return count == 3
+    return (count > 0) == (name in _BATCHES and topic.endswith("_fifo"))
 
 
 _DEEPEST = 8
@@ -199,10 +214,11 @@ class _Walk:
     wanted: Collection[str]
     damage: Damage
     changed: Callable[[int, str, float], None] | None
-    _topics: dict[int, UlogTopic] = field(default_factory=dict)
     _layouts: dict[UlogTopic, np.dtype[np.void]] = field(default_factory=dict)
-    _places: dict[int, list[int]] = field(default_factory=dict)
-    """Places of data in the block, by the number of their subscription."""
+    _gathered: dict[UlogTopic, list[int]] = field(default_factory=dict)
+    """Places of data in the block, by their topic."""
+    _bound: dict[int, list[int]] = field(default_factory=dict)
+    """Where data of a subscription are gathered, by its number, from its beginning to its end."""
     _block: bytes = b""
     _last: int = 0
     """us of the last data."""
@@ -212,7 +228,7 @@ class _Walk:
     def messages(self, data: bytes, position: int, whole: bool) -> int:
         """Splits off complete messages; returns their number of bytes."""
         self._block, self._begin = data, position
-        at, length, last_data, head, places = 0, len(data), -1, _HEAD.unpack_from, self._places
+        at, length, last_data, head, places = 0, len(data), -1, _HEAD.unpack_from, self._bound
         while at + _HEAD.size <= length:
             size, kind, number = head(data, at)
             end = at + _MESSAGE.size + size
@@ -250,10 +266,13 @@ class _Walk:
         if kind == _SUBSCRIPTION and len(body) > 3:
             name = body[3:].decode("utf-8", "replace")
             number = int.from_bytes(body[1:3], "little")
+            self._bound.pop(number, None)
             if name in self.wanted and (layout := self.log.layout(name)).names:
                 topic = UlogTopic(name, body[0])
-                self._topics[number], self._layouts[topic] = topic, layout
-                self._places.setdefault(number, [])
+                self._layouts[topic] = layout
+                self._bound[number] = self._gathered.setdefault(topic, [])
+        elif kind == _REMOVAL and len(body) == 2:
+            self._bound.pop(int.from_bytes(body, "little"), None)
         elif kind == _DROPOUT and len(body) == 2:
             self.damage.dropouts += 1
             self.damage.lost += int.from_bytes(body, "little")
@@ -268,8 +287,7 @@ class _Walk:
         """Returns what stands in the last block, and forgets where."""
         found: dict[UlogTopic, UlogRecords] = {}
         content = np.frombuffer(self._block, np.uint8)
-        for number, places in self._places.items():
-            topic = self._topics[number]
+        for topic, places in self._gathered.items():
             layout = self._layouts[topic]
             begin = np.array(places, np.int64)
             places.clear()

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.words import quoted
+from tumble.foundation.words import join, quoted
 from tumble.logs.ahead import ahead
 from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
@@ -63,6 +63,8 @@ class Variable:
     """Starts a fresh pass along an axis: arrays of the same shape but for that axis, in order."""
     unit: str = ""
     """Unit that the file states beside the name."""
+    columns: tuple[str, ...] = ()
+    """Names of the columns of a table, where the file states them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,8 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
     columns = _with_stated_units(imus[name], places)
     wanted = {each: places[each] for each in (columns.names if columns.triads else columns.magnetic_names)}
     rows = _equal_rows(path, wanted)
-    rate, notices = _stated_rate(file, columns, options)
+    group = next(iter(wanted.values())).variable.name.split(_SEPARATOR)[:-1]
+    rate, notices = _stated_rate(file, columns, options, group)
     return LoggedImu(
         path=path,
         imu=name,
@@ -202,7 +205,7 @@ def _places(file: VariablesFile) -> dict[str, _Place]:
     tables = [
         each
         for each in usable
-        if len(each.shape) == 2 and min(each.shape) in PLAIN_NAMES and each.dtype.names is None
+        if len(each.shape) == 2 and min(each.shape) in PLAIN_NAMES and not (each.dtype.names or each.columns)
     ]
     return named | {
         label: place
@@ -234,6 +237,12 @@ def _columns_of(variable: Variable, name: str) -> Iterator[tuple[str, _Place]]:
         return
     if len(variable.shape) == 1:
         yield name, _Place(variable, 0)
+        return
+    if variable.columns:
+        axis = int(variable.shape[0] == len(variable.columns) != variable.shape[1])
+        group = "".join(name.rpartition(_SEPARATOR)[:2])
+        for number, label in enumerate(variable.columns):
+            yield f"{group}{label}", _Place(variable, axis, (number,))
         return
     is_triad = _is_of_triad(f"{name}.x") and _AXES in variable.shape
     axis = int(variable.shape[1] != _AXES) if is_triad else int(variable.shape[1] > variable.shape[0])
@@ -326,15 +335,27 @@ def _equal_rows(path: Path, wanted: Mapping[str, _Place]) -> int:
 
 
 def _stated_rate(
-    file: VariablesFile, columns: ImuColumns, options: ReadOptions
+    file: VariablesFile, columns: ImuColumns, options: ReadOptions, above: list[str]
 ) -> tuple[float | None, tuple[str, ...]]:
+    """Finds the rate in the group of the IMU, whose names are `above`, else in the nearest one around it.
+
+    That of another sensor stands in a group of its own. Raises `LogError` where one group states several.
+    """
     if columns.time is not None or options.rate is not None:
         return None, ()
+    found: dict[int, dict[str, float]] = {}
     for name, number in file.numbers.items():
-        key = name.rsplit(_SEPARATOR, 1)[-1]
-        if key.lower() in RATE_KEYS and 0.0 < number < np.inf:
-            return number, (f"rate of {number:g} Hz from the variable {key!r}",)
-    return None, ()
+        *group, key = name.split(_SEPARATOR)
+        if key.lower() in RATE_KEYS and 0.0 < number < np.inf and above[: len(group)] == group:
+            found.setdefault(len(group), {})[name] = number
+    if not found:
+        return None, ()
+    nearest = found[max(found)]
+    if len(set(nearest.values())) > 1:
+        stated = join([f"{number:g} Hz ({quoted(name)})" for name, number in nearest.items()])
+        raise LogError(f"{file.path}: states several rates, {stated}; give that of the IMU with --rate")
+    name, number = next(iter(nearest.items()))
+    return number, (f"rate of {number:g} Hz from the variable {quoted(name)}",)
 
 
 def _ahead(rows: int, chunks: Iterator[RawSamples]) -> Iterator[RawSamples]:
