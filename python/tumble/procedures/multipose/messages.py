@@ -44,6 +44,11 @@ NO_SENSOR_HAS = (
     "{probable:.4g} Hz, not {rate:.4g} (--rate, --time-unit), or the gyroscope's unit or range is as far off"
 )
 """Remark on a wrong time base."""
+NOT_RANDOM = (
+    "turns are off by {times:.0f} times what noise explains, and nothing shows that the rest is as random: "
+    "were samples lost, or is the gyroscope not linear? its sigmas are no measure of its errors"
+)
+"""Remark on turns whose errors are hardly noise."""
 
 
 def _too_few_directions(figures: MultiposeFigures) -> str:

@@ -36,8 +36,15 @@ from tumble.foundation.gravity import local_gravity
 from tumble.foundation.growing_array import GrowingArray
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.provenance import Provenance, date_now, log_digest
-from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
-from tumble.foundation.results import Rest, TriadResult
+from tumble.foundation.recording import (
+    Chunk,
+    FloatArray,
+    Metadata,
+    Recording,
+    RecordingSource,
+    SampleProgress,
+)
+from tumble.foundation.results import LARGEST_WIDENING, Rest, TriadResult
 from tumble.foundation.units import TRIADS
 from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.logs.session import procedure_of
@@ -45,7 +52,14 @@ from tumble.poses.triads import triad_result
 from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
 from tumble.procedures.magnetometer.procedure import calibrated, resting_accelerometer, track_of
 from tumble.procedures.magnetometer.result import MagnetometerResult
-from tumble.procedures.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
+from tumble.procedures.multipose.dead_band import dead_band
+from tumble.procedures.multipose.messages import (
+    MORE_MAY_SHOW,
+    NO_SENSOR_HAS,
+    NOT_RANDOM,
+    explain,
+    tremor_words,
+)
 from tumble.procedures.multipose.pose_means import (
     each_points_elsewhere,
     held,
@@ -60,6 +74,7 @@ from tumble.procedures.multipose.result import (
     NextTurn,
     NominalScale,
     PoseFit,
+    TimeBase,
     TurnFit,
 )
 from tumble.procedures.multipose.sections import (
@@ -70,6 +85,8 @@ from tumble.procedures.multipose.sections import (
     sections_of,
     sections_of_folder,
 )
+from tumble.procedures.multipose.stated_rate import StampedRate, stamped_rate
+from tumble.procedures.multipose.turn_bias import turn_bias, turn_widening
 
 OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
 """Reason why the mounting of the accelerometer is not observable."""
@@ -224,6 +241,11 @@ def multipose(
         kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError
         raise kind(explain(*error.args) + _hint(recording, read), about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
+    gyroscope = _gyroscope(figures, found.acquired)
+    stamped = stamped_rate(source, read) if has_gyroscope and not pose_means else None
+    if gyroscope is not None:
+        objections = _about_turns(figures, stamped, used, before, on_faces=on_faces)
+        gyroscope = replace(gyroscope, objections=(*gyroscope.objections, *objections))
     reason = _gyroscope_reason(figures, has_gyroscope)
     magnetic, magnetic_reason = _magnetometer(track, magnetometer, figures, unit, current=current)
     sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
@@ -232,7 +254,7 @@ def multipose(
         source=log_name(recording),
         serial=recording.metadata.serial or (before.serial if before else ""),
         accelerometer=_accelerometer(figures, found.acquired, on_faces=on_faces),
-        gyroscope=_gyroscope(figures, found.acquired),
+        gyroscope=gyroscope,
         gyroscope_reason=reason,
         magnetometer=magnetic,
         magnetometer_reason=magnetic_reason,
@@ -249,6 +271,7 @@ def multipose(
         gravity=strength,
         gravity_source=place.source,
         gravity_sigma=place.sigma,
+        time_base=None if gyroscope is None else _time_base(recording.metadata, read),
         tolerance=figures["tolerance"],
         implausible_scale=_implausible(figures),
         faces=_faces(figures),
@@ -272,6 +295,7 @@ def multipose(
         *([] if noise_of_means is None else [_about_means(noise_of_means)]),
         *_warnings(result, found, figures, unit.acquired.missing),
         *_about_the_start(result),
+        *([stamped.sentence()] if stamped is not None and _is_a_warning(stamped, gyroscope) else []),
         *temperatures.notices(),
         *(() if track is None else track.remarks),
         *(() if magnetic is None else magnetic.warnings),
@@ -526,6 +550,57 @@ def _gyroscope_reason(figures: _core.MultiposeFigures, has_gyroscope: bool) -> s
         return "no gyroscope was read"
     refusal = figures["gyroscope_refusal"]
     return "" if refusal is None else explain(*refusal)
+
+
+def _about_turns(
+    figures: _core.MultiposeFigures,
+    stamped: StampedRate | None,
+    used: Chunk,
+    before: Calibration | None,
+    *,
+    on_faces: bool,
+) -> Iterator[str]:
+    """Lists what makes the gyroscope of the turns another one than that of the fit."""
+    if stamped is not None and not stamped.agrees:
+        yield stamped.sentence()
+    scale = figures["nominal_scale"]
+
+    def samples(first: int, end: int) -> Chunk:
+        chunk = Chunk(
+            used.time[first:end],
+            used.accelerometer[first:end],
+            used.gyroscope[first:end],
+            None if used.temperature is None else used.temperature[first:end],
+        )
+        if scale is not None:
+            chunk = replace(
+                chunk, accelerometer=scale[0] * chunk.accelerometer, gyroscope=scale[1] * chunk.gyroscope
+            )
+        return chunk if before is None else before.at_reference(chunk)
+
+    band = dead_band(figures, used.time, samples)
+    bias = turn_bias(figures, used.time, samples)
+    if band is not None:
+        yield band.sentence()
+    elif bias is not None and bias.contradicts:
+        yield bias.sentence()
+    elif (stamped is None or stamped.agrees) and not on_faces:
+        # On faces full turns show the scale, within the degree that a hand and an edge are known to.
+        widening = turn_widening(figures)
+        if widening > LARGEST_WIDENING:
+            yield NOT_RANDOM.format(times=widening)
+
+
+def _is_a_warning(stamped: StampedRate, gyroscope: TriadResult | None) -> bool:
+    """Returns whether a stated rate is no objection to the gyroscope, but worth a warning."""
+    return bool(stamped.missing) if stamped.agrees else gyroscope is None
+
+
+def _time_base(metadata: Metadata, read: ReadOptions | None) -> TimeBase:
+    if metadata.rate is None:
+        return TimeBase(None, "stamps of the log", metadata.pace_sigma)
+    is_given = read is not None and read.rate is not None
+    return TimeBase(metadata.rate, "given" if is_given else "stated in the log", metadata.pace_sigma)
 
 
 def _poses(figures: _core.MultiposePoses) -> Iterator[PoseFit]:

@@ -103,6 +103,18 @@ class NominalScale:
 
 
 @dataclass(frozen=True, slots=True)
+class TimeBase:
+    """Clock by which turns were integrated: an error of it is one of the gyroscope's scale."""
+
+    rate: float | None
+    """Hz; None where the log has stamps."""
+    source: str
+    """`given`, `stated in the log`, `stamps of the log`."""
+    sigma: float
+    """1-sigma of its pace, relative, within the sigmas of the gyroscope's scale; 0 where nobody states it."""
+
+
+@dataclass(frozen=True, slots=True)
 class FerrarisTriad:
     """A sensor by the formulas of Ferraris: y = K R u + b, in the unit of its readings."""
 
@@ -160,6 +172,8 @@ class MultiposeResult(Tabular):
     """m/s^2; None where nobody states it, and scale is relative to gravity."""
     tolerance: float
     """Factor on the usual limits of stillness with which rests were found."""
+    time_base: TimeBase | None = None
+    """Clock that the gyroscope's scale is relative to; None without a gyroscope."""
     implausible_scale: float | None = None
     """Scale of the gyroscope, alike on all axes, where no sensor has that one: the sample rate is wrong."""
     faces: Faces | None = None

@@ -10,7 +10,7 @@ from tumble.foundation.words import count_of
 from tumble.poses.by_hand import axis_words, orientation_words
 from tumble.procedures.magnetometer.report.text import next_sentences as next_of_magnetometer
 from tumble.procedures.magnetometer.report.text import sentences as magnetometer_sentences
-from tumble.procedures.multipose.result import MultiposeResult
+from tumble.procedures.multipose.result import MultiposeResult, TimeBase
 from tumble.report.numbers import readable_scale, significant
 
 
@@ -41,6 +41,8 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
             f"at rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
         )
     yield f"gravity: {_gravity(result)}"
+    if result.time_base is not None:
+        yield f"time: {_time(result.time_base)}"
     if result.magnetometer is not None:
         yield from (f"magnetometer: {line}" for line in magnetometer_sentences(result.magnetometer))
 
@@ -88,6 +90,17 @@ def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
 
 def _gravity(result: MultiposeResult) -> str:
     return gravity_sentence(result, "the scale of the accelerometer")
+
+
+def _time(base: TimeBase) -> str:
+    if base.rate is not None:
+        return (
+            f"{base.rate:g} Hz ({base.source}), taken as exact; the gyroscope's scale is relative to the "
+            "stated rate, and 1 % of one is 1 % of the other"
+        )
+    if base.sigma > 0.0:
+        return f"{base.source} ± {1e6 * base.sigma:.2g} ppm, within the sigmas of the gyroscope's scale"
+    return f"{base.source}, taken as exact; the gyroscope's scale is relative to their clock"
 
 
 def _case_frame(result: MultiposeResult) -> str:
