@@ -212,3 +212,26 @@ def test_a_page_that_the_bench_forgot_is_loaded_again(page):
         page.evaluate("socket.io.opts.query.client_id = 'forgotten'; socket.io.engine.close()")
     page.get_by_role("link", name="Units").click()
     page.locator(".screen-link[aria-current=page]", has_text="Units").wait_for()
+
+
+def test_keys_of_a_page_without_a_socket_are_not_kept_for_later(page):
+    kept = page.evaluate(
+        """() => {
+            socket.io.engine.close();
+            for (const key of [" ", "Enter", "R", "E", "F", "Enter"])
+                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+            return socket.sendBuffer.length;
+        }"""
+    )
+    assert kept == 0
+    page.wait_for_function("socket.connected && !document.getElementById('app').inert")
+
+
+def test_a_key_does_nothing_once_the_page_shows_something_else(page):
+    page.get_by_role("link", name="Sources").click()
+    page.locator(".screen-link[aria-current=page]", has_text="Sources").wait_for()
+    page.evaluate("emitEvent('bench_go', [Number(document.getElementById('keys').dataset.shown) - 1, null])")
+    # Messages are taken in their order.
+    scan(page, "REF-0009")
+    page.locator(".notice", has_text="serial").first.wait_for()
+    assert page.url.rstrip("/") == page.evaluate("location.origin")

@@ -9,10 +9,12 @@ from typing import Any, Protocol
 
 from nicegui import ui
 from nicegui.client import Client
+from nicegui.element import Element
 
 from tumble.bench.access import Browser
 from tumble.bench.authority import NotOperatorError, refuse_unless_allowed
 from tumble.bench.bench import Bench
+from tumble.bench.parts.elements import block, set_attribute
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
 from tumble.foundation.translation import speaking, translated
@@ -36,10 +38,32 @@ class PageContext:
         self.language = language
         self.client = client
         self.screen: Screen | None = None
-        self.primary: Act | None = None
-        """Act of space, Enter and the pedal on this screen; None for nothing."""
+        self._primary: Act | None = None
+        self._keys: Element | None = None
+        self._shown = 0
         self.scan: Callable[[str], object] | None = None
         """Takes a scanned text on this screen; None where a scanner does nothing."""
+
+    @property
+    def primary(self) -> Act | None:
+        """Act of space, Enter and the pedal on this screen; None for nothing."""
+        return self._primary
+
+    @primary.setter
+    def primary(self, act: Act | None) -> None:
+        """Gives the keys another act; the page sends with each key the number of the one that it shows."""
+        self._primary = act
+        self._shown += 1
+        if self._keys is not None:
+            set_attribute(self._keys, "data-shown", str(self._shown))
+
+    def add_keys(self) -> None:
+        """Adds the element that holds the number, which changes in the browser together with the screen."""
+        self._keys = block("keys", id="keys", data_shown="0")
+
+    def shows(self, number: object) -> bool:
+        """Returns whether a key was pressed while the page showed what it shows now."""
+        return number == self._shown
 
     @property
     def operates(self) -> bool:

@@ -97,6 +97,7 @@ class PageFrame:
         self._state = page.bench.engine.state
         self._noted = page.bench.engine.notes[-1].number if page.bench.engine.notes else 0
         self._links: dict[str, Element] = {}
+        page.add_keys()
         self._header()
         with block("banners", role="status"):
             self._banner = Banner(page)
@@ -132,8 +133,8 @@ class PageFrame:
     def _listen(self) -> None:
         page = self._page
         ui.on("bench_stop", lambda _: self._stop_now())
-        ui.on("bench_go", lambda _: self._go())
-        ui.on("bench_scan", lambda event: self._scan(str(event.args)[:200]))
+        ui.on("bench_go", lambda event: self._on_keys(event.args, lambda _: self._go()))
+        ui.on("bench_scan", lambda event: self._on_keys(event.args, self._scan))
         ui.run_javascript(f"document.documentElement.lang = '{page.language}'")
         ui.run_javascript(f"document.body.dataset.pedal = '{_letters(page.bench.settings.pedal)}'")
 
@@ -191,6 +192,11 @@ class PageFrame:
             page.go(target)
         elif page.screen is not None:
             page.screen.update()
+
+    def _on_keys(self, sent: object, act: Callable[[str], object]) -> object:
+        """Does what keys say, unless the page has shown something else since they were pressed."""
+        number, text = sent if isinstance(sent, list) and len(sent) == 2 else (None, None)
+        return act(str(text)[:200]) if self._page.shows(number) else None
 
     def _go(self) -> object:
         act = self._page.primary

@@ -32,7 +32,6 @@ class RunPanel:
         self._page = page
         self._seen: tuple[object, ...] = ()
         self._actions: tuple[RunAction, ...] | None = None
-        page.primary = self._go
         with block("run"):
             with block("now"):
                 self._instruction = Label("", "instruction", "h1")
@@ -65,6 +64,9 @@ class RunPanel:
             return
         state_is_new = self._seen[:3] != seen[:3]
         self._seen = seen
+        if state_is_new:
+            # A key that was pressed in the state before it means nothing in this one.
+            self._page.primary = self._go
         if engine.view is not None:
             self._draw(engine.view)
         self._instruct(engine.view)

@@ -8,6 +8,10 @@
   const emit = (name, value) => {
     if (window.did_handshake) emitEvent(name, value ?? null);
   };
+  // Never kept for later: a page without a socket does nothing, and what is shown by then may be something else.
+  const act = (name, value) => {
+    if (window.socket?.connected) emit(name, [Number(document.getElementById("keys").dataset.shown), value ?? null]);
+  };
 
   new Worker("/bench/heartbeat.js");
 
@@ -25,7 +29,7 @@
       return false;
     }
     if (event.key !== "Enter" || !isScanned()) return false;
-    emit("bench_scan", typed);
+    act("bench_scan", typed);
     typed = "";
     return true;
   };
@@ -43,7 +47,7 @@
       if (event.repeat) return;
       if (event.key === pedal()) {
         event.preventDefault();
-        emit("bench_go");
+        act("bench_go");
         return;
       }
       const inField = event.target.closest("input, select, textarea");
@@ -56,7 +60,7 @@
         event.preventDefault();
         // A scanner ends with Enter, and its letters may hold a space.
         if (event.key === " " && event.timeStamp - typedAt < SCAN_GAP && typed.length > 1) return;
-        emit("bench_go");
+        act("bench_go");
       }
     },
     true,
