@@ -123,3 +123,26 @@ def test_a_copy_is_bounded_before_it_begins(bucket, tmp_path, monkeypatch):
     with pytest.raises(StoreError, match="has more than 1 file"):
         Store("memory://day").copy(tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("listed", [99, 101])
+def test_a_file_of_another_length_than_was_listed_is_refused(bucket, tmp_path, monkeypatch, listed):
+    put(bucket, "/day/a.csv", b"x" * 100)
+    monkeypatch.setattr(MemoryFileSystem, "size", lambda _self, _path: listed)
+    with pytest.raises(StoreError, match=f"was listed with {listed} bytes, and is not as long"):
+        Store("memory://day/a.csv").copy(tmp_path)
+
+
+def test_a_copy_ends_once_it_is_longer_than_was_listed(bucket, tmp_path, monkeypatch):
+    put(bucket, "/day/a.csv", b"x" * 100)
+    sent = []
+
+    def endless(_self, _path, _place, callback):
+        while True:
+            sent.append(10)
+            callback.relative_update(10)
+
+    monkeypatch.setattr(MemoryFileSystem, "get_file", endless)
+    with pytest.raises(StoreError, match="is not as long"):
+        Store("memory://day/a.csv").copy(tmp_path)
+    assert sum(sent) == 110

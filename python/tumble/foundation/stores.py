@@ -16,7 +16,7 @@ from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import opened
 from tumble.foundation.files import make_folder
 from tumble.foundation.temporary_folders import refuse_large_copy
-from tumble.foundation.words import quoted
+from tumble.foundation.words import count_of, quoted
 
 _FOLDERS: Final = frozenset(("file", "local"))
 STORES: Final = frozenset(("s3", "s3a", "gs", "gcs", "abfs", "abfss", "az"))
@@ -74,12 +74,30 @@ class Store:
         target = folder / self._plain_name(self.root.rstrip("/").rpartition("/")[2])
         sizes = dict(self._sizes())
         refuse_large_copy(shown(self.url), sum(sizes.values()), folder, StoreError)
-        for path in sizes:
+        for path, size in sizes.items():
             within = path.removeprefix(self.root).strip("/")
             place = target.joinpath(*map(self._plain_name, within.split("/") if within else ()))
             make_folder(place.parent)
-            self.files.get_file(path, str(place))
+            self._copy_file(path, size, place)
         return target
+
+    def _copy_file(self, path: str, size: int, place: Path) -> None:
+        """Copies a file listed with a size, bytes; raises `StoreError` where the store gives another."""
+        from fsspec import Callback
+
+        def bound(_size: int | None, copied: int, **_named: object) -> None:
+            if copied > size:
+                raise self._other_size(path, size)
+
+        self.files.get_file(path, str(place), callback=Callback(hooks={"bound": bound}))
+        if place.stat().st_size != size:
+            raise self._other_size(path, size)
+
+    def _other_size(self, path: str, size: int) -> StoreError:
+        return StoreError(
+            f"{shown(self.url)}: {quoted(path)} was listed with {count_of('byte', size)}, and is not "
+            "as long: it changes, or the store is at fault; copy it yourself and check it"
+        )
 
     def _sizes(self) -> Iterator[tuple[str, int]]:
         """Yields each file at the place with its size, bytes."""
