@@ -75,6 +75,8 @@ class StampGate:
     """s, of all that were accepted."""
     ran_back: float = 0.0
     """s by which the clock itself ran back; 0 if it did not."""
+    left: int = 0
+    """Stamps given last that are of the time after the clock ran back."""
     _stall: float = np.nan
     _strange: float = np.nan
     _leap: float = 0.0
@@ -99,12 +101,19 @@ class StampGate:
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:
         """Returns for each of (n,) stamps, s, whether it is valid; one that is not finite is invalid.
 
-        The usual step is that of the first stamps.
+        The usual step is that of the first stamps. Stamps behind the one that shows that the clock ran back
+        are left out: they are of another time, and `left` is their number, with that one.
         """
         if np.isnan(self._stall):
             steps = np.diff(time[np.isfinite(time)])
             self._stall = max(STALL, STALL_STEPS * float(np.median(steps))) if len(steps) else LEAP
-        return np.array([self._is_believed(stamp) for stamp in time.tolist()], dtype=np.bool_)
+        believed = np.zeros(len(time), dtype=np.bool_)
+        for place, stamp in enumerate(time.tolist()):
+            believed[place] = self._is_believed(stamp)
+            if self.ran_back > 0.0:
+                self.left = len(time) - place
+                break
+        return believed
 
     def _is_believed(self, stamp: float) -> bool:
         if not np.isfinite(stamp):

@@ -14,12 +14,12 @@ from tumble.foundation.words import count_of
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts, joined
 from tumble.live.reordering import ReorderBuffer
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.source import LiveChunk, PolledSource, Source, SourceChangedError
 from tumble.logs.conversion import Conversion, case_from_log, conversion_for, notices_on_axes
 from tumble.logs.magnetometer import field_scale
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
-from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
+from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, UNITS, Quantity
 
 HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""
@@ -35,6 +35,8 @@ STRAY_READINGS = 1000.0
 """The same of the first readings, beyond which one does not show its unit."""
 
 _ARRIVAL = "arrival"
+_BEFORE = "it was read so before it returned"
+"""Reason of a unit of a source that was opened anew."""
 
 EMPTY = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -53,6 +55,14 @@ class Conditioner:
         """Samples left out because they are no newer than the one before."""
         self.impossible = 0
         """Samples left out because no sensor reads that, or no clock shows it."""
+        self.cut_off = 0
+        """Samples left out because they came together with the end of the source, behind it."""
+        self.undecided = 0
+        """Samples left out because the source was lost before they were enough to decide units from."""
+        self.refusal: LogError | None = None
+        """Error that `take` and `due` raise next: good samples had come before it."""
+        self._before: tuple[Conversion, StreamFacts] | None = None
+        """Units and statements by which the source was read before it was opened anew."""
         self._options = options
         self._device_clock = DeviceClock()
         self._arrival_clock = ArrivalClock()
@@ -70,20 +80,28 @@ class Conditioner:
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
         """Returns whether rad/s is a guess, which later readings may contradict."""
-        return self._conversion is not None and self._conversion.gyroscope_unit.is_guessed_radians
+        return self._known is not None and self._known[0].gyroscope_unit.is_guessed_radians
 
     @property
     def stamped(self) -> bool:
         """Returns whether times are the device's own, as far as is known."""
-        return self._conversion is None or self._conversion.time_unit.reason != _ARRIVAL
+        return self._known is None or self._known[0].time_unit.reason != _ARRIVAL
+
+    @property
+    def _known(self) -> tuple[Conversion, StreamFacts] | None:
+        """Returns units and statements, of now or of before the source was opened anew; None before any."""
+        if self._conversion is None or self._facts is None:
+            return self._before
+        return self._conversion, self._facts
 
     @property
     def notices(self) -> tuple[str, ...]:
         """Yields notices on assumptions and on samples that were left out."""
-        if self._conversion is None or self._facts is None:
+        if self._known is None:
             return ()
-        notices = [*self._facts.notices, *notices_on_axes(self._options)]
-        units = (self._conversion.gyroscope_unit, self._conversion.time_unit)
+        conversion, facts = self._known
+        notices = [*facts.notices, *notices_on_axes(self._options)]
+        units = (conversion.gyroscope_unit, conversion.time_unit)
         notices += [unit.doubt for unit in units if unit.doubt]
         if not self.stamped:
             notices.append(
@@ -99,7 +117,29 @@ class Conditioner:
             notices.append(f"sorted {count_of('sample', self._order.sorted)} that others had overtaken")
         if self.late:
             notices.append(f"left out {count_of('sample', self.late)} that came twice or out of order")
+        if self.cut_off:
+            notices.append(
+                f"left out {count_of('sample', self.cut_off)} that came after a restart, before the source "
+                "was opened again"
+            )
+        if self.undecided:
+            notices.append(
+                f"left out {count_of('sample', self.undecided)}, too few to show their units, before the "
+                "source was opened again"
+            )
         return tuple(notices)
+
+    def follow(self, previous: Conditioner) -> None:
+        """Goes on with the units of the source that this one is the return of, and with its counts.
+
+        A unit holds until another is stated, which is refused: none is guessed anew within a recording.
+        """
+        self.without_number, self.late = previous.without_number, previous.late
+        self.impossible, self.cut_off = previous.impossible, previous.cut_off
+        self.undecided = previous.undecided + sum(map(len, previous._head))
+        self._before, self._from_field = previous._known, previous._from_field
+        if self._order is not None and previous._order is not None:
+            self._order.sorted = previous._order.sorted
 
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
         """Returns what can be used by now: nothing until there are samples enough to decide units from.
@@ -107,8 +147,49 @@ class Conditioner:
         `arrival` is when the readings came, s of `clock.now()`.
 
         Raises `LogError` where no unit fits or a stated one contradicts the values, where sample after sample
-        is no number, and where the device started anew.
+        is no number, and where the device started anew; `SourceChangedError` where it states another unit.
+        Samples before the reason are returned, and the error is raised at the next call.
         """
+        self._raise_refusal()
+        self._refuse_other_units(facts, len(readings))
+        chunk = self._taken(readings, facts, arrival)
+        if not len(chunk):
+            self._raise_refusal()
+        return chunk
+
+    def _raise_refusal(self) -> None:
+        if self.refusal is not None:
+            raise self.refusal
+
+    def _refuse_other_units(self, facts: StreamFacts, count: int) -> None:
+        """Raises `SourceChangedError` where a stream now states another unit than it was read in."""
+        if self._known is None or facts is self._known[1] or facts == self._known[1]:
+            return
+        conversion, before = self._known
+        used: dict[Quantity, tuple[StatedUnit | None, str]] = {
+            "accelerometer": (facts.accelerometer_unit, conversion.accelerometer_unit.name),
+            "gyroscope": (facts.gyroscope_unit, conversion.gyroscope_unit.name),
+            "time": (facts.time_unit, conversion.time_unit.name),
+            "temperature": (facts.temperature_unit, conversion.temperature_unit),
+            "magnetometer": (facts.magnetometer_unit, _name_of(before.magnetometer_unit)),
+        }
+        for quantity, (stated, name) in used.items():
+            by_user = getattr(self._options, f"{quantity}_unit", None) is not None
+            # Counts, and times that are those of arrival, have no unit of the stream.
+            if stated is None or by_user or name not in UNITS[quantity] or stated.name == name:
+                continue
+            if quantity == "time" and self._counting_clock is not None:
+                continue
+            self.cut_off += count
+            raise SourceChangedError(
+                f"{facts.source}: the {quantity} was read in {name} so far, and is now stated in "
+                f"{stated.name} ({stated.reason}): readings in another unit are another recording; start "
+                "again"
+            )
+        if self._conversion is not None:
+            self._facts = facts
+
+    def _taken(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
         samples = readings.samples
         samples.time = self._stamps(samples, arrival)
         magnetic = self._microtesla(readings.magnetic, facts)
@@ -145,9 +226,17 @@ class Conditioner:
 
     def due(self) -> LiveChunk:
         """Returns samples that have waited long enough for others by now."""
+        self._raise_refusal()
+        return self._waiting_until(clock.now())
+
+    def held(self) -> LiveChunk:
+        """Returns all samples that wait for others: where a source ends, none comes any more."""
+        return self._waiting_until(np.inf)
+
+    def _waiting_until(self, now: float) -> LiveChunk:
         if self._order is None:
             return EMPTY
-        readings, arrival = self._order.due(clock.now())
+        readings, arrival = self._order.due(now)
         return self._checked(readings, arrival) if len(readings) else EMPTY
 
     def _ordered(self, readings: Readings, arrival: float) -> LiveChunk:
@@ -163,10 +252,32 @@ class Conditioner:
         return self._device_clock.stamp(samples.time)
 
     def _decide(self, head: RawSamples, facts: StreamFacts) -> Conversion:
+        if self._before is not None:
+            return self._decided_before(self._before[0], head, facts)
         if facts.has_time or self._counting_clock is not None:
             return conversion_for(facts, self._options, head)
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
+
+    def _decided_before(self, before: Conversion, head: RawSamples, facts: StreamFacts) -> Conversion:
+        """Returns the units in which the source was read before.
+
+        Raises `LogError` where its readings show others.
+        """
+
+        def stated(quantity: Quantity, unit: StatedUnit | None, name: str) -> StatedUnit | None:
+            return StatedUnit(name, _BEFORE) if unit is None and name in UNITS[quantity] else unit
+
+        units = replace(
+            facts,
+            accelerometer_unit=stated(
+                "accelerometer", facts.accelerometer_unit, before.accelerometer_unit.name
+            ),
+            gyroscope_unit=stated("gyroscope", facts.gyroscope_unit, before.gyroscope_unit.name),
+            time_unit=stated("time", facts.time_unit, before.time_unit.name),
+        )
+        conversion_for(units, self._options, head)
+        return before
 
     def _checked(self, readings: Readings, arrival: float) -> LiveChunk:
         samples, moving, magnetic = readings.samples, readings.moving, readings.magnetic
@@ -199,7 +310,12 @@ class Conditioner:
         newest_before = self._gate.newest
         # NaN would hide every later time from a running maximum.
         believed = self._gate.believed(np.where(possible, samples.time, np.nan))
-        self._refuse_restart(self._gate.ran_back)
+        if self._gate.ran_back > 0.0:
+            of_before = np.arange(len(believed)) < len(believed) - self._gate.left
+            believed &= of_before
+            finite &= of_before
+            self.cut_off += self._gate.left
+            self.refusal = self._restarted(self._gate.ran_back)
         self.impossible += int((finite & ~believed).sum())
         time = np.where(believed, samples.time, -np.inf)
         late = believed & (time <= np.maximum.accumulate(np.concatenate([[newest_before], time]))[:-1])
@@ -240,17 +356,16 @@ class Conditioner:
         for good in finite:
             self._without_number_in_succession = 0 if good else self._without_number_in_succession + 1
             if self._without_number_in_succession >= MOST_WITHOUT_NUMBER:
-                raise LogError(
+                self.refusal = LogError(
                     f"{self._name}: {MOST_WITHOUT_NUMBER} samples in a row are not numbers; check the "
                     "sensor, and what the device sends against --columns"
                 )
 
-    def _refuse_restart(self, ran_back: float) -> None:
-        if ran_back > 0.0:
-            raise LogError(
-                f"{self._name}: time ran back by {ran_back:.6g} s to an earlier time: the device "
-                "restarted, or two devices send at once; correct that and start again"
-            )
+    def _restarted(self, ran_back: float) -> LogError:
+        return LogError(
+            f"{self._name}: time ran back by {ran_back:.6g} s to an earlier time: the device "
+            "restarted, or two devices send at once; correct that and start again"
+        )
 
     def _refuse_degrees(self, too_fast: NDArray[np.bool_], fastest: FloatArray) -> None:
         for fast, rate in zip(too_fast, fastest, strict=True):
@@ -281,6 +396,15 @@ class ConditionedSource(PolledSource):
     def stamped(self) -> bool:
         """See `Source`."""
         return self._conditioner.stamped
+
+    def follow(self, previous: Source) -> None:
+        """Reads on as the source was read that this one is the return of."""
+        if isinstance(previous, ConditionedSource):
+            self._conditioner.follow(previous._conditioner)
+
+
+def _name_of(unit: StatedUnit | None) -> str:
+    return "" if unit is None else unit.name
 
 
 def _all_within(triad: FloatArray, limit: float) -> bool:

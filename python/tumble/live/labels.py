@@ -61,6 +61,12 @@ class LabelReader:
         """Accepts a word as the name of a unit, however many other words came."""
         self._prefixes.add(label)
 
+    def follow(self, previous: LabelReader) -> None:
+        """Goes on with the labels of the line that this one is the return of."""
+        self.heard.update(previous.heard)
+        self._prefixes |= previous._prefixes
+        self._column, self._delimiter = previous._column, previous._delimiter
+
     def read(self, lines: Sequence[bytes]) -> list[LabelledRow]:
         """Label lines, in their order."""
         rows: list[LabelledRow] = []
@@ -161,6 +167,12 @@ class LabelChoice:
         """Indicates whether the next row may have lost its label with its front."""
         self._without_label = 0
         self._kept: list[LabelledRow] = []
+
+    def follow(self, previous: LabelChoice) -> None:
+        """Keeps to the choice of the source that this one is the return of, where it was made."""
+        if previous.label is not None or previous._holds_all:
+            self.label, self.prefix, self._holds_all = previous.label, previous.prefix, previous._holds_all
+            self._is_open = previous._is_open
 
     def mine(self, rows: Sequence[LabelledRow]) -> list[LabelRow]:
         """Returns those of the unit, with those of before once it is decided which they are.

@@ -20,13 +20,17 @@ class SampleLoss:
     """That would fill the gaps in their times, and the times in which none came."""
     unread: int
     """Datagrams that the system dropped because nobody read them in time; of all units of that port."""
+    refusal: str = ""
+    """Reason why its source was read no further, with the name of the unit; empty where it was."""
 
     @property
     def is_heavy(self) -> bool:
-        """Returns whether the share of missing samples is above `HEAVY_LOSS`."""
-        return self.missing > HEAVY_LOSS * (self.samples + self.missing)
+        """Returns whether the share of missing samples is above `HEAVY_LOSS`, or the source was refused."""
+        return bool(self.refusal) or self.missing > HEAVY_LOSS * (self.samples + self.missing)
 
     def __str__(self) -> str:
+        if self.refusal:
+            return self.refusal
         share = self.missing / (self.samples + self.missing)
         is_ours = 2 * self.unread >= self.missing
         why = (

@@ -15,6 +15,7 @@ from tumble.live.address import Address, host_and_port
 from tumble.live.mavlink_request import MessageRequest
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.shared_line import LineUnit, SharedLine
+from tumble.live.source import Source
 from tumble.live.streams import TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.mavlink_messages import (
@@ -133,6 +134,12 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         self._chosen: _Sender | None = None
         self._others = 0
         line.request(self._wanted or next(iter(KINDS)))
+
+    def follow(self, previous: Source) -> None:
+        """See `ConditionedSource`: the message stays the same, as another has other units."""
+        super().follow(previous)
+        if isinstance(previous, MavlinkUnit):
+            self._chosen, self._heard = previous._chosen, previous._heard
 
     def _readings(self, parts: Sequence[MavlinkMessage]) -> tuple[Readings, StreamFacts] | None:
         messages = self._mine(parts)

@@ -31,7 +31,15 @@ from tumble.live.losses import SampleLoss
 from tumble.live.naming import parse_named_sources
 from tumble.live.registry import open_source
 from tumble.live.shared_line import SharedLines
-from tumble.live.source import BETWEEN_LOOKS, HEARTBEAT, LOG_CLOCK, LiveChunk, Source, readable
+from tumble.live.source import (
+    BETWEEN_LOOKS,
+    HEARTBEAT,
+    LOG_CLOCK,
+    LiveChunk,
+    Source,
+    SourceChangedError,
+    readable,
+)
 from tumble.logs.options import ReadOptions, options_for
 
 RETRY = 1.0
@@ -62,6 +70,8 @@ class SourceEvent:
     """s of `clock.now()`."""
     reason: str = ""
     """Reason of the loss."""
+    is_final: bool = False
+    """Indicates a loss after which the source is not opened again: it now states something else."""
 
 
 class _Unit:
@@ -94,6 +104,8 @@ class _Unit:
         self.unheard = 0
         """Samples that are missing in that time."""
         self.has_ended = False
+        self.refusal = ""
+        """Reason why it ended, where its source was refused."""
         self.retry_at = math.inf
         """s of `clock.now()` at which to open it again, if it was lost."""
         self.returning: Future[Source] | None = None
@@ -109,6 +121,7 @@ class _Unit:
             *((self.clock.remark,) if self.clock is not None and self.clock.remark else ()),
             *((gaps,) if timing.gaps else ()),
             *((late,) if self.late else ()),
+            *((f"was read no further: {self.refusal}",) if self.refusal else ()),
         )
 
     def host_times(self, chunk: LiveChunk, clock_rate: float) -> FloatArray:
@@ -142,6 +155,9 @@ class _Unit:
     def _open(self, opened: Future[Source]) -> None:
         try:
             source = self.opening()
+            # It may begin behind all that it once stated of itself.
+            if source is not self.source and (follow := getattr(source, "follow", None)) is not None:
+                follow(self.source)
             source.__enter__()
         except BaseException as error:
             opened.set_exception(error)
@@ -161,7 +177,8 @@ class LiveSet:
 
     Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` receives
     instead, the others go on, and the source is opened anew every second until it is there again; that needs
-    an `Opening` where a source is not to be entered twice.
+    an `Opening` where a source is not to be entered twice. One that returns is read as it was before; where
+    it states other columns or units, it has ended.
 
     `clock_rate` is that of simulated sources whose clocks go so many s in a second; times are then of those.
     """
@@ -224,6 +241,7 @@ class LiveSet:
                 unit.timing.samples - unit.late,
                 unit.timing.missing + unit.unheard + unit.late + unit.samples_in(self._silent_for(unit)),
                 getattr(unit.source, "unread", 0),
+                unit.refusal,
             )
             for name, unit in self._units.items()
         )
@@ -311,6 +329,9 @@ class LiveSet:
             elif len(chunk):
                 self._may_be_more |= unit.line is None
                 yield unit.name, self._given(unit, chunk)
+            elif unit.refusal and unit.has_ended:
+                # Whoever reads the set looks at events once it is given something.
+                yield unit.name, EMPTY
         if kept := [unit for unit in self._units.values() if unit.kept is not EMPTY]:
             oldest, *others = sorted(kept, key=lambda unit: float(unit.kept.time[0]))
             until = float(others[0].kept.time[0]) + ABREAST if others else math.inf
@@ -336,8 +357,12 @@ class LiveSet:
             if not self._keep_going:
                 raise named from error
             self._leave(unit)
-            unit.retry_at = clock.now() + RETRY
-            self.on_event(SourceEvent("lost", unit.name, clock.now(), str(named)))
+            is_final = isinstance(error, SourceChangedError)
+            if is_final:
+                unit.has_ended, unit.heard, unit.refusal = True, math.inf, str(named)
+            else:
+                unit.retry_at = clock.now() + RETRY
+            self.on_event(SourceEvent("lost", unit.name, clock.now(), str(named), is_final))
         return EMPTY
 
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import SequenceMatcher
 from typing import Any, cast
 
 import numpy as np
@@ -18,6 +19,7 @@ from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.labels import LabelRow
 from tumble.live.readings import Readings
+from tumble.live.source import SourceChangedError
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
@@ -36,6 +38,14 @@ _ROS_IMU = "angular_velocity_covariance[0]"
 """Field that only `sensor_msgs/Imu` has, whose definition states rad/s and m/s^2."""
 MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
+MOST_CORRUPTED = 3
+"""A line of names is a corrupted one of those before only if fewer than one in so many names differ."""
+LIKE = 0.5
+"""Share of letters in common from which a name may be another one, corrupted on the way."""
+MOST_OTHER_FIELDS = 64
+"""Sets of fields of other objects that are kept in mind."""
+LONGEST_SHOWN = 300
+"""Letters of names that an error shows."""
 UNREADABLE_SECONDS = 2.0
 """s without a sample, once there were some, that such lines take at least: others may flood the line."""
 
@@ -50,16 +60,27 @@ class _Layout:
         columns: ImuColumns,
         moving: str | None,
         notices: tuple[str, ...],
+        imu: str,
     ) -> None:
         self.names = names
         self.columns = columns
         self.notices = notices
+        self.imu = imu
+        """Prefix of the columns of the unit."""
+        self.is_assumed = False
+        """Indicates whether rows came without names, so that these are the usual ones."""
+        self.is_of_objects = False
+        """Indicates whether they are fields of JSON, which have no order."""
+        self.may_lack_front = False
+        """Indicates whether the names came with the first line, which may have lost its front."""
         self._delimiter = None if delimiter == BLANKS else delimiter
         triads = (*(columns.accelerometer or ()), *(columns.gyroscope or ()))
         magnetic = columns.magnetometer.axes if columns.magnetometer else ()
         further = (name for name in (columns.time, columns.temperature, moving) if name)
         self.wanted = [*triads, *further, *magnetic]
         """Names of the fields to read: both triads first, the magnetometer last."""
+        self.of_sample = [*triads, *((columns.time,) if columns.time else ())]
+        """Names of those that each sample has."""
         self.fields_of_imu = len(self.wanted) - len(magnetic)
         """Number of those that are not the magnetometer's."""
         self._places = [names.index(name) for name in self.wanted]
@@ -68,8 +89,19 @@ class _Layout:
         self._moving = self.wanted.index(moving) if moving else None
         self._magnetic = len(self.wanted) - 3 if magnetic else None
 
+    def has_places_of(self, other: _Layout) -> bool:
+        """Returns whether both read the same quantities from the same fields of a row."""
+
+        def places(layout: _Layout) -> tuple[object, ...]:
+            further = (layout._time, layout._temperature, layout._moving, layout._magnetic)
+            return (len(layout.names), layout._places, *further, layout.is_of_objects)
+
+        return places(self) == places(other)
+
     def numbers(self, text: str) -> list[float] | None:
         """Reads a row; None where it has not as many fields as columns, or a wanted one is no number."""
+        if self.is_of_objects:
+            return None
         fields = text.split(self._delimiter)
         if len(fields) != len(self.names):
             return None
@@ -123,7 +155,11 @@ class RowReader:
         """Error of names that came so far and are no IMU's; the device may yet send others."""
         self._layout: _Layout | None = None
         self._layout_is_doubtful = False
-        """Indicates whether its names came with the first line, which may have lost its front."""
+        """Indicates whether its names came with the first line, and no row has shown that it was whole."""
+        self._other_fields: set[tuple[str, ...]] = set()
+        """Fields of objects that hold no sample of this unit."""
+        self.refusal: LogError | None = None
+        """Error after the rows that `read` returned last, from which on nothing is read."""
 
     @property
     def columns(self) -> ImuColumns:
@@ -139,17 +175,32 @@ class RowReader:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
+    def follow(self, previous: RowReader) -> None:
+        """Reads on under the columns of the source that this one is the return of."""
+        self.prefix, self.unreadable = previous.prefix, previous.unreadable
+        self._no_imu = previous._no_imu
+        if not previous._layout_is_doubtful:
+            self._layout = previous._layout
+
     def read(self, rows: Sequence[LabelRow]) -> Readings | None:
         """Reads lines or objects; None where they hold no sample, or the columns are not known yet.
 
-        Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
+        Raises `LogError` where line after line holds no sample, with what columns lack if they were named,
+        and `SourceChangedError` where columns are named otherwise than before. An error after samples is
+        `refusal` instead.
         """
         if self._is_whole:
             # However many lines it holds, one datagram is no reason to give up.
             self._most_in_succession = self._unreadable_in_succession + 1
         numbers: list[list[float]] = []
         for row in rows:
-            numbers += self._numbers(row)
+            try:
+                numbers += self._numbers(row)
+            except LogError as error:
+                if not numbers:
+                    raise
+                self.refusal = error
+                break
         if not numbers:
             return None
         assert self._layout is not None, "rows are read once columns are known"
@@ -192,10 +243,38 @@ class RowReader:
         if self._layout is None and not (self._first and self._may_be_incomplete(names)):
             self._unnamed = []
             self._layout = self._layout_or_complaint(tuple(names), delimiter)
-            self._layout_is_doubtful = self._first and self._layout is not None
-        elif self._layout is not None and self._layout.names != tuple(names):
-            self._count_unreadable(delimiter.join(names))
+            if self._layout is not None:
+                self._layout_is_doubtful = self._layout.may_lack_front = self._first
+        elif self._layout is not None and (self._layout.names != tuple(names) or self._layout.is_of_objects):
+            self._take_other_names(self._layout, tuple(names), delimiter)
         self._first = False
+
+    def _take_other_names(self, known: _Layout, names: tuple[str, ...], delimiter: str) -> None:
+        """Accepts names that mean the columns that are read; leaves out those that are damaged or no IMU's.
+
+        Raises `SourceChangedError` for all others: rows after them are not laid out as those before.
+        """
+        try:
+            layout = self._layout_for(names, delimiter)
+        except LogError:
+            layout = None
+        if layout is not None and _adds_to(known, layout):
+            self._layout = layout
+            return
+        torn = self._first and _is_torn(known.names, names)
+        # Rows of another length are never read as those of before.
+        harmless = layout is None and (len(names) != len(known.names) or known.is_of_objects)
+        if torn or harmless or _is_corrupted(known, names):
+            self._count_unreadable(delimiter.join(names))
+            return
+        raise self._changed(known, names)
+
+    def _changed(self, known: _Layout, names: Sequence[str]) -> SourceChangedError:
+        before = "read as, without names," if known.is_assumed else "named"
+        return SourceChangedError(
+            f"{self._source}: columns were {before} {_shown(known.names)!a} so far, and are now named "
+            f"{_shown(names)!a}: rows under other names are another recording; start again"
+        )
 
     def _keep_names_that_fit(self, row: str) -> None:
         """Drops names that do not fit the first row after them."""
@@ -228,6 +307,7 @@ class RowReader:
         rows = [row for row, length in zip(self._unnamed, lengths, strict=True) if length == count]
         names, notices = names_for(self._source, rows, delimiter, count, self._options)
         self._layout = self._layout_for(names, delimiter, notices)
+        self._layout.is_assumed = True
         return True
 
     def _layout_or_complaint(self, names: tuple[str, ...], delimiter: str) -> _Layout | None:
@@ -261,7 +341,7 @@ class RowReader:
                 accelerometer_unit=StatedUnit("m/s^2", DEFINED),
                 gyroscope_unit=StatedUnit("rad/s", DEFINED),
             )
-        return _Layout(names, delimiter, columns, self._moving_among(names), notices)
+        return _Layout(names, delimiter, columns, self._moving_among(names), notices, imu)
 
     def _moving_among(self, names: tuple[str, ...]) -> str | None:
         stated = self._moving_column
@@ -282,12 +362,31 @@ class RowReader:
             self._layout = self._layout_or_complaint(tuple(numbers), ",")
             if self._layout is None:
                 return []
+            self._layout.is_of_objects = True
+        elif not all(name in numbers for name in self._layout.of_sample):
+            self._refuse_other_fields(self._layout, tuple(numbers))
         row = [numbers.get(name, math.nan) for name in self._layout.wanted]
         if not any(map(math.isfinite, row[: self._layout.fields_of_imu])):
             # An object without any of its fields is that of another unit.
             return [] if self.prefix else self._sample_or_complaint(str(value), None)
         self._unreadable_in_succession = 0
         return [row]
+
+    def _refuse_other_fields(self, known: _Layout, names: tuple[str, ...]) -> None:
+        """Raises `SourceChangedError` for an object that holds a whole sample of the unit in other fields.
+
+        One that lacks its time holds none; what else it lacks, such as temperature, comes with others.
+        """
+        if names in self._other_fields:
+            return
+        try:
+            layout = self._layout_for(names, ",")
+        except LogError:
+            layout = None
+        if layout is not None and layout.imu == known.imu and set(layout.of_sample) - set(known.of_sample):
+            raise self._changed(known, names)
+        if len(self._other_fields) < MOST_OTHER_FIELDS:
+            self._other_fields.add(names)
 
     def _sample_or_complaint(self, text: str, row: list[float] | None) -> list[list[float]]:
         if row is None:
@@ -309,6 +408,49 @@ class RowReader:
                 f"{self._source}: {MOST_UNREADABLE} lines in a row hold no sample, such as "
                 f"{text[:60]!a}; check the baud rate, and what the device sends against --columns"
             )
+
+
+def _adds_to(known: _Layout, named: _Layout) -> bool:
+    """Returns whether names state the columns that are read, of which they were not yet known in full."""
+    if not known.has_places_of(named):
+        return False
+    return known.is_assumed or (known.may_lack_front and _is_torn(named.names, known.names))
+
+
+def _is_torn(whole: Sequence[str], names: Sequence[str]) -> bool:
+    """Returns whether names are the last of others, perhaps without the front of the first."""
+    if not 0 < len(names) <= len(whole):
+        return False
+    first, *others = whole[len(whole) - len(names) :]
+    return first.endswith(names[0]) and others == list(names[1:])
+
+
+def _is_corrupted(known: _Layout, names: Sequence[str]) -> bool:
+    """Returns whether names are those of before but for a letter or two that changed on the way."""
+    if len(names) != len(known.names) or known.is_assumed:
+        return False
+    changed = [(old, new) for old, new in zip(known.names, names, strict=True) if old != new]
+    few = MOST_CORRUPTED * len(changed) < len(names)
+    return few and all(new not in known.names and _is_corrupted_name(known, old, new) for old, new in changed)
+
+
+def _is_corrupted_name(known: _Layout, old: str, new: str) -> bool:
+    """Returns whether a name may be `old`, corrupted: it means nothing, or the same without its unit."""
+    # A column that only the user knows may have been given any other name.
+    if recognise(old) is None and old in known.wanted:
+        return False
+    column = recognise(new)
+    if column is None:
+        return SequenceMatcher(None, old, new).ratio() >= LIKE
+    letters = sum(one != other for one, other in zip(old, new, strict=False))
+    before = recognise(old)
+    same = before is not None and replace(before, unit=None) == column
+    return same and len(old) == len(new) and letters == 1
+
+
+def _shown(names: Sequence[str]) -> str:
+    text = ",".join(names)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
 
 
 def _state(values: FloatArray) -> FloatArray:

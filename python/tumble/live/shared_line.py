@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from threading import Lock
 from types import TracebackType
 from typing import Any, Generic, TypeVar
@@ -46,8 +47,14 @@ class LineUnit(ConditionedSource, Generic[Part]):
         self.name = f"{line.name}-{named}" if named else line.name
         self.wanted = one_name(address.text, address.unit, options.topic)
         """Name of the unit, where one was given."""
+        self._refusal: LogError | None = None
         self._waiting: list[Part] = []
         self._arrival = 0.0
+
+    @property
+    def refusal(self) -> LogError | None:
+        """Error with which the next call of `read` ends: samples came before it."""
+        return self._refusal or self._conditioner.refusal
 
     @property
     def unread(self) -> int:
@@ -60,6 +67,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
         return (*self._conditioner.notices, *self.line.notices)
 
     def __enter__(self) -> LineUnit[Part]:
+        self._refusal = None
         self.line.enter(self)
         return self
 
@@ -73,7 +81,26 @@ class LineUnit(ConditionedSource, Generic[Part]):
         return self.line.fileno()
 
     def read(self) -> LiveChunk:
-        """See `Source`."""
+        """See `Source`; samples that came before an error are given before it is raised."""
+        if self.refusal is None:
+            try:
+                return self._taken()
+            except LogError as error:
+                self._refusal = error
+        if len(held := self._conditioner.held()):
+            return held
+        self._count_cut_off()
+        assert self.refusal is not None, "there is an error to be raised"
+        raise self.refusal
+
+    def _count_cut_off(self) -> None:
+        """Counts samples of after a restart that were received for another unit of the line."""
+        parts, self._waiting = self._waiting, []
+        with suppress(LogError):
+            if self._conditioner.refusal is not None and parts and (found := self._readings(parts)):
+                self._conditioner.cut_off += len(found[0])
+
+    def _taken(self) -> LiveChunk:
         if not self._waiting:
             self.line.receive()
         parts, self._waiting = self._waiting, []

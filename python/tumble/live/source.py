@@ -33,6 +33,10 @@ def nothing_came(name: str) -> LogError:
     )
 
 
+class SourceChangedError(LogError):
+    """A source states other columns or units than before, so that it is not read further."""
+
+
 @dataclass(frozen=True, slots=True)
 class LiveChunk(Chunk):
     """Samples that came together, in SI units and the case frame of the IMU; it may hold none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path, PurePath
+from typing import cast
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.words import join
@@ -14,6 +15,7 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.ros_echo import EchoedMessages
 from tumble.live.rows import RowReader
 from tumble.live.shared_line import LineUnit, SharedLine
+from tumble.live.source import Source
 from tumble.live.streams import GrowingFile, StandardInput, TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.columns import ImuColumns
@@ -66,8 +68,15 @@ class TextLine(SharedLine[LabelledRow]):
         self._splitter = LineSplitter()
         self._echoed = EchoedMessages()
         self._labels = LabelReader(options)
+        self._follows = False
         self.heard = self._labels.heard
         """Rows of each unit so far, where rows are labelled."""
+
+    def follow(self, previous: TextLine) -> None:
+        """Reads labels on as on the line that this one is the return of, until it names columns itself."""
+        if previous is not self and not self._follows:
+            self._follows = True
+            self._labels.follow(previous._labels)
 
     def unit(self, address: Address, options: ReadOptions) -> TextUnit:
         """See `SharedLine`."""
@@ -75,6 +84,12 @@ class TextLine(SharedLine[LabelledRow]):
         if unit.wanted is not None:
             self._labels.expect(unit.wanted)
         return unit
+
+    def _open(self) -> None:
+        # The next bytes come behind a gap, except in a pipe, which waits.
+        if not isinstance(self.transport, StandardInput):
+            self._splitter = LineSplitter()
+        super()._open()
 
     def _parts(self, piece: bytes) -> list[LabelledRow]:
         return self._labels.read(self._lines(piece))
@@ -104,6 +119,19 @@ class TextUnit(LineUnit[LabelledRow]):
         self._choice = LabelChoice(address, self.wanted, joined_midway=joined_midway)
         self._rows = RowReader(address, options, joined_midway=joined_midway, whole=line.transport.whole)
         self._stated: tuple[ImuColumns, StreamFacts] | None = None
+
+    def follow(self, previous: Source) -> None:
+        """See `ConditionedSource`."""
+        super().follow(previous)
+        if isinstance(previous, TextUnit):
+            cast("TextLine", self.line).follow(cast("TextLine", previous.line))
+            self._choice.follow(previous._choice)
+            self._rows.follow(previous._rows)
+
+    @property
+    def refusal(self) -> LogError | None:
+        """See `LineUnit`."""
+        return super().refusal or self._rows.refusal
 
     @property
     def remarks(self) -> tuple[str, ...]:

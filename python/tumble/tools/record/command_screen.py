@@ -82,7 +82,7 @@ def _happened(step: RecordStep) -> str:
     names = ", ".join(unit.name for unit in step.units)
     return {
         LISTENING: f"Recording {names}. Ctrl-C ends.",
-        "lost": f"{step.reason}; trying again every second",
+        "lost": step.reason if step.is_final else f"{step.reason}; trying again every second",
         "returned": f"{step.unit}: is there again",
         "silent": f"{step.unit}: sends nothing; is it on, does it send to this address, at this baud rate?",
         "done": f"Ended after {step.elapsed:.1f} s: {step.reason}.",

@@ -15,6 +15,8 @@ BROKEN = {
     "returned": "is there again; check that it is the same unit, in the same place",
 }
 """Texts by the kind of a step of a recording."""
+REFUSED = "is read no further ({reason})"
+"""Text for a unit whose source now states something else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,8 @@ class Objection:
 
 def broken(step: RecordStep) -> str:
     """Describes the state of the line of a unit; empty for a step of another kind."""
-    return BROKEN.get(step.kind, "").format(reason=step.reason)
+    text = REFUSED if step.is_final else BROKEN.get(step.kind, "")
+    return text.format(reason=step.reason)
 
 
 def faults(name: str, unit: Imu) -> Iterator[Objection]:

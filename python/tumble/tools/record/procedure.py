@@ -64,6 +64,8 @@ class RecordStep:
     """Name of the unit of the event."""
     reason: str = ""
     """Reason why a source was lost, or the recording ended."""
+    is_final: bool = False
+    """Indicates a loss after which the source is not opened again."""
 
 
 @dataclass(slots=True)
@@ -239,7 +241,7 @@ class Recorder:
         while self._events:
             event = self._events.pop(0)
             self._units[event.name].is_lost = event.kind == "lost"
-            yield self._step(event.kind, event.name, event.reason)
+            yield self._step(event.kind, event.name, event.reason, is_final=event.is_final)
 
     def _silences(self) -> Iterator[RecordStep]:
         """Reports each silence once."""
@@ -249,9 +251,11 @@ class Recorder:
                 unit.is_silent = True
                 yield self._step("silent", name)
 
-    def _step(self, kind: RecordStepKind, unit: str = "", reason: str = "") -> RecordStep:
+    def _step(
+        self, kind: RecordStepKind, unit: str = "", reason: str = "", *, is_final: bool = False
+    ) -> RecordStep:
         progress = tuple(self._progress(name) for name in self._units)
-        return RecordStep(kind, self._elapsed, progress, self._writer.bytes, unit, reason)
+        return RecordStep(kind, self._elapsed, progress, self._writer.bytes, unit, reason, is_final)
 
     def _progress(self, name: str) -> UnitProgress:
         timing = self._set.timing[name]
