@@ -30,6 +30,8 @@ from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of
 from tumble.poses.triads import triad_result
 from tumble.procedures.turntable.budget import BudgetSources
+from tumble.procedures.turntable.clock_steps import TimedTurns
+from tumble.procedures.turntable.lost_rests import RestsBeside
 from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, calibrated_magnetometer
 from tumble.procedures.turntable.matching import PoseMatch
 from tumble.procedures.turntable.messages import drift_words, explain
@@ -172,7 +174,13 @@ class TargetProcedure:
             for rest in range(first, last + 1)
         }
         loose = (slip for angle, slip in self._slip(figures["accelerometer"]) if angle > LOOSE)
-        moved = (*self._drifting(unit, figures), *loose)
+        turns = TimedTurns.of(self.reference, unit, figures)
+        moved = (
+            *self._drifting(unit, figures),
+            *loose,
+            *self._lost_in_time(unit, figures),
+            *turns.objections(),
+        )
         accelerometer = triad_result(
             "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
         )
@@ -203,6 +211,7 @@ class TargetProcedure:
                 *scale_notice(unit.acquired, self.gravity),
                 *self._unshown(unit, result),
                 *self._duplicates(name, unit),
+                *turns.warnings(),
                 *self._warnings(result, figures, rounded=bool(coarse_channels(unit.acquired, unit.triads))),
                 *magnetic.warnings,
             ),
@@ -305,6 +314,12 @@ class TargetProcedure:
                 f"specific force drifts in {count_of('rest', lost)} in which the reference stands still: the "
                 "unit warms up, or turns slowly in its fixture; let it warm up, fasten it and record again"
             )
+
+    def _lost_in_time(self, unit: Imu, figures: _core.TargetFigures) -> Iterator[str]:
+        """Describes losses of rests that are no mere remark; files of poses have no common time."""
+        lost = self._lost(figures)
+        if lost and not unit.recording.parts:
+            yield from RestsBeside.of(self.reference, unit, figures, lost).objections(unit.log.time)
 
     def _lost(self, figures: _core.TargetFigures) -> list[int]:
         """Returns the rests of the reference that are none of the target."""
