@@ -59,6 +59,7 @@ def describe_spin(
     level_free, published = (
         bias.with_gravity(figures["up"], gravity_sigma) for bias in (_level_free(figures), as_published)
     )
+    objections = tuple(_about_the_turning_bias(figures, rests))
     return Spin(
         label=label,
         start=span[0],
@@ -86,7 +87,9 @@ def describe_spin(
             *preset.departures(figures["turning_time"], figures["rate"], _turns(figures)),
             *_warnings(figures, gravity, level_floor),
             *_about_the_rests(figures, rests),
+            *objections,
         ),
+        objections=objections,
     )
 
 
@@ -255,6 +258,26 @@ def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Ite
         yield (
             f"the gyroscope's bias drifted by {apart.max():.2g} rad/s between the rests, which its sigma "
             "does not include: let the unit warm up, or turn for a shorter time"
+        )
+
+
+def _about_the_turning_bias(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:
+    """Reports a bias while turning that is not that of the rests, across the axis: a slow turn is along it.
+
+    Rests that differ among themselves show how far the bias drifts from one to the next.
+    """
+    if len(rests) < 2 or not figures["gyroscope_bias"]["observed"]:
+        return
+    across = np.eye(3) - np.outer(figures["up"], figures["up"])
+    rates = np.array([rest.angular_rate for rest in rests]) @ across
+    sigmas = np.array([rest.angular_rate_sigma for rest in rests])
+    apart = np.abs(rates.mean(axis=0) - across @ figures["gyroscope_bias"]["value"])
+    of_mean = np.sqrt(np.sum(sigmas**2, axis=0)) / len(rests)
+    chance = CONTRADICTION * np.hypot(of_mean, figures["gyroscope_bias"]["sigma"])
+    if (apart > chance + NOTABLE_WANDERING + np.ptp(rates, axis=0)).any():
+        yield (
+            f"the gyroscope reads otherwise while it turns than at rest, by {apart.max():.2g} rad/s across "
+            "the axis: it zeroes itself at rest, or has a dead band; its bias cannot be found from rests"
         )
 
 

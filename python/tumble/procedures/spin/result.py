@@ -130,6 +130,8 @@ class Spin(Tabular):
     """(4, 3) scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope likewise, rad/s."""
     blocks: SpinBlocks
     warnings: tuple[str, ...] = ()
+    objections: tuple[str, ...] = ()
+    """Those of the warnings by which the biases are not what they are taken for."""
 
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter."""
@@ -180,7 +182,8 @@ class Spin(Tabular):
     @property
     def fits(self) -> bool:
         """Returns whether model and noise explain the data: sigmas are widened in part, or not at all."""
-        return self.widening == 1.0 or _is_partial(self.chi_square, self.degrees_of_freedom, self.widening)
+        is_partial = _is_partial(self.chi_square, self.degrees_of_freedom, self.widening)
+        return not self.objections and (self.widening == 1.0 or is_partial)
 
 
 def _is_partial(chi_square: float, freedom: int, widening: float) -> bool:

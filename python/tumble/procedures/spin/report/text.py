@@ -145,13 +145,16 @@ def _about_the_fit(result: SpinResult) -> Iterator[str]:
     tested = [spin for spin in result.spins if spin.degrees_of_freedom > 0]
     if not tested:
         return
-    poor = [spin.label for spin in tested if not spin.fits]
+    contradicted = [spin.label for spin in tested if spin.objections]
+    poor = [spin.label for spin in tested if not spin.fits and not spin.objections]
+    if contradicted:
+        yield f"Rests and turns of {join(contradicted)} contradict each other: see the warnings."
     if poor:
         yield (
             f"The model does not explain all that {join(poor)} measured: the sigmas there are widened by "
             "what is left."
         )
-    else:
+    elif not contradicted:
         yield "The model and the noise explain what was measured."
 
 
