@@ -1,4 +1,4 @@
-"""What a log states holds where it stands: no sample is that of another sensor, layout or scale."""
+"""Statements of a log hold where they stand: no sample is that of another sensor, layout or scale."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def _variable(path: Path, file: Any, name: str, dataset: Any) -> Variable:  # no
 
 @dataclass(frozen=True, slots=True)
 class _Packing:
-    """How numbers are packed, by attributes (CF conventions 1.11, sections 8.1 and 2.5.1)."""
+    """Packing of numbers, by attributes (CF conventions 1.11, sections 8.1 and 2.5.1)."""
 
     scale: float
     offset: float

@@ -205,7 +205,7 @@ def _only(devices: set[int]) -> int:
 
 
 def _on_changes(of_triads: Mapping[Triad, set[int]]) -> Iterator[str]:
-    """Says which triads are those of several devices: what is found is true of none."""
+    """Names triads that are those of several devices: what is found is true of none."""
     for triad, ids in of_triads.items():
         if len(ids) > 1:
             devices = join([str(each) for each in sorted(ids)])

@@ -194,7 +194,7 @@ class PageFrame:
             page.screen.update()
 
     def _on_keys(self, sent: object, act: Callable[[str], object]) -> object:
-        """Does what keys say, unless the page has shown something else since they were pressed."""
+        """Acts on keys, unless the page has shown something else since they were pressed."""
         number, text = sent if isinstance(sent, list) and len(sent) == 2 else (None, None)
         return act(str(text)[:200]) if self._page.shows(number) else None
 

@@ -233,8 +233,8 @@ class Rates:
 def found_step(delays: Delays) -> ClockStep | None:
     """Finds the one step beside offset and skew that explains the delays; None where scatter explains them.
 
-    A turn within which the clock was set is on neither side. Of all places the one with most
-    evidence is compared with no step, by Student's t (docs/theory/turntable.md, eq. 62).
+    A turn within which the clock was set is on neither side. The place with most evidence
+    is compared with no step, by Student's t (docs/theory/turntable.md, eq. 62).
     """
     count = len(delays.time)
     if count < FEWEST_TURNS:
