@@ -64,7 +64,7 @@ def _header(path: Path, layout: TextLayout, name: str) -> str:
 
 
 def _refuse_scaled_rates(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> None:
-    """Raises `LogError` where headers state that raw rates are not in deg/s, and no option states what they are.
+    """Raises `LogError` where headers state that raw rates are not in deg/s, and no option their scale.
 
     Betaflight logs them times ten at high resolution (blackbox.c, `blackboxHighResolutionScale`); firmware
     before it logs counts, of which `gyro_scale` is one.
