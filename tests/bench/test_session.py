@@ -23,6 +23,7 @@ from bench_pages import (
     write_limits,
 )
 from made_up_fleets import MOVED, write_fleets
+from patience import PATIENCE
 from screens import differences
 from turntable_sessions import typed
 
@@ -235,3 +236,14 @@ def test_a_key_does_nothing_once_the_page_shows_something_else(page):
     scan(page, "REF-0009")
     page.locator(".notice", has_text="serial").first.wait_for()
     assert page.url.rstrip("/") == page.evaluate("location.origin")
+
+
+def test_what_comes_late_is_not_done(page):
+    shift = 2000.0 * PATIENCE
+    page.evaluate("shift => { const now = performance.now(); performance.now = () => now - shift; }", shift)
+    page.get_by_role("button", name="Continue").click()
+    page.locator(".notice", has_text="came late").wait_for()
+    assert page.url.rstrip("/") == page.evaluate("location.origin")
+    page.evaluate("delete performance.now")
+    page.get_by_role("button", name="Continue").click()
+    page.locator(".screen-link[aria-current=page]", has_text="Run").wait_for()

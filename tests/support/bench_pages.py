@@ -31,10 +31,11 @@ TICK = 0.05
 FORGOTTEN_AFTER = 60.0
 """s after which a bench takes a browser on a busy computer for gone."""
 PROGRAM = f"""
-from tumble.bench import server
+from tumble.bench import lateness, server
 from tumble.tools.simulate.live import procedure
 procedure.TICK = {TICK}
 server.FORGOTTEN_AFTER = {FORGOTTEN_AFTER}
+lateness.MOST_LATE = {PATIENCE}
 from tumble.cli.console import main
 main()
 """

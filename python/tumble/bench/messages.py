@@ -22,6 +22,7 @@ from tumble.bench.access import Browser
 from tumble.bench.backlog import SCOPE, charge_what_is_sent_again
 from tumble.bench.gate import BROWSER
 from tumble.bench.guest_work import charge_step
+from tumble.bench.lateness import SENT, measured
 
 _LOGGERS = ("nicegui", "engineio.server", "socketio.server", "asyncio", "uvicorn.error")
 """Loggers of the libraries that serve the page, which trace each failure."""
@@ -103,8 +104,9 @@ def _checked(handler: Handler, dropped: Dropped, is_begin: bool) -> Callable[...
         if is_begin:
             charge_what_is_sent_again(client, given[0].get("next_message_id"))
         try:
-            answer = handler(sid, given[0])
-            return await answer if isawaitable(answer) else answer
+            with measured(Client.instances[str(client)], given[0].get(SENT)):
+                answer = handler(sid, given[0])
+                return await answer if isawaitable(answer) else answer
         except Exception as error:
             dropped.add("malformed message", error)
             return False

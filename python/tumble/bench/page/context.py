@@ -14,6 +14,7 @@ from nicegui.element import Element
 from tumble.bench.access import Browser
 from tumble.bench.authority import NotOperatorError, refuse_unless_allowed
 from tumble.bench.bench import Bench
+from tumble.bench.lateness import is_late
 from tumble.bench.parts.elements import block, set_attribute
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
@@ -105,6 +106,9 @@ class PageContext:
     def _do(self, act: Act) -> Coroutine[Any, Any, None] | None:
         # The first act may come before the first beat of the page.
         self.bench.access.beat(self.browser.key)
+        if is_late():
+            self.notify(self.words("This came late, and nothing was done. Look, and press again."), "warn")
+            return None
         try:
             refuse_unless_allowed()
             answer = act()

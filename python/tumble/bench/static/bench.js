@@ -13,6 +13,18 @@
     if (window.socket?.connected) emit(name, [Number(document.getElementById("keys").dataset.shown), value ?? null]);
   };
 
+  // The time at which a message was sent: one that comes late is not acted on.
+  const stamping = setInterval(() => {
+    const { socket } = window;
+    if (!socket) return;
+    clearInterval(stamping);
+    const send = socket.emit;
+    socket.emit = function (name, message, ...others) {
+      const stamped = message && typeof message === "object" ? { ...message, sent: performance.now() } : message;
+      return send.call(this, name, stamped, ...others);
+    };
+  }, 40);
+
   new Worker("/bench/heartbeat.js");
 
   let typed = "";
