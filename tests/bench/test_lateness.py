@@ -35,7 +35,7 @@ def test_a_message_is_late_by_the_least_delay_of_its_page(simulated_clock, zero)
     assert not is_late()
 
 
-def test_a_page_whose_first_messages_were_late_is_measured_by_better_ones(simulated_clock):
+def test_a_late_first_message_of_a_page_is_no_measure_of_others(simulated_clock):
     page = Page()
     sent = 1e3 * clock.now()
     clock.sleep(3.0 * MOST_LATE)
