@@ -10,7 +10,7 @@ import re
 import pytest
 
 import tumble
-from bench_pages import chromium, opened, serving, violations, waited
+from bench_pages import chromium, held, opened, serving, violations, waited
 from screens import differences
 from tumble.procedures.redundancy.command_files import event_lines
 from tumble.procedures.redundancy.settings import RedundancySettings
@@ -162,7 +162,7 @@ def test_spin_counts_turns_and_passes(page, bench):
     begin(page, "spin")
     page.locator(".tile.current").first.wait_for()
     page.locator(".instruction", has_text="turning").wait_for()
-    with bench.standing_still():
+    with held(page):
         assert differences(page, "spin") == []
         assert not violations(page)
     assert verdict(page) == "Passed"
@@ -171,10 +171,10 @@ def test_spin_counts_turns_and_passes(page, bench):
 
 def test_sphere_fills_until_the_unit_is_calibrated(page, bench):
     begin(page, "multipose", Orientations="10", **{"Time at rest in each": "3"})
-    held = page.locator(".legend-item.good")
-    held.wait_for()
-    waited(page, lambda: int(re.search(r"\d+", held.inner_text())[0]) >= 4)
-    with bench.standing_still():
+    count = page.locator(".legend-item.good")
+    count.wait_for()
+    waited(page, lambda: int(re.search(r"\d+", count.inner_text())[0]) >= 4)
+    with held(page):
         assert differences(page, "orientations") == []
         assert "orientations held so far: " in page.locator(".sphere").get_attribute("aria-label").lower()
         assert page.locator(".instruction").bounding_box()["height"] >= 24.0

@@ -72,15 +72,6 @@ class BenchProcess:
         """Scheme, host and port."""
         return self.address.partition("/?")[0].rstrip("/")
 
-    @contextmanager
-    def standing_still(self):
-        """Stops the program while the block runs: runs end faster than a busy computer compares screens."""
-        self.process.send_signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self.process.send_signal(signal.SIGCONT)
-
     def is_finished(self) -> bool:
         """Returns whether the latest run has its results."""
         runs = sorted(
@@ -142,6 +133,19 @@ def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", *
     page.wait_for_selector(".head")
     page.wait_for_function("window.did_handshake === true")
     return page
+
+
+@contextmanager
+def held(page):
+    """Keeps a screen as it is while the block runs: runs end faster than a busy computer compares screens.
+
+    What the server sends meanwhile is shown afterwards.
+    """
+    page.evaluate("() => { window.waiting = []; socket.onevent = packet => waiting.push(packet); }")
+    try:
+        yield
+    finally:
+        page.evaluate("() => { delete socket.onevent; waiting.forEach(packet => socket.onevent(packet)); }")
 
 
 def await_drawing(page, times: int) -> None:

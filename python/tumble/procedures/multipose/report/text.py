@@ -95,12 +95,12 @@ def _gravity(result: MultiposeResult) -> str:
 def _time(base: TimeBase) -> str:
     if base.rate is not None:
         return (
-            f"{base.rate:g} Hz ({base.source}), taken as exact; the gyroscope's scale is relative to the "
+            f"{base.rate:g} Hz, taken as exact; the gyroscope's scale is relative to the "
             "stated rate, and 1 % of one is 1 % of the other"
         )
     if base.sigma > 0.0:
-        return f"{base.source} ± {1e6 * base.sigma:.2g} ppm, within the sigmas of the gyroscope's scale"
-    return f"{base.source}, taken as exact; the gyroscope's scale is relative to their clock"
+        return f"stamps of the log ± {1e6 * base.sigma:.2g} ppm, within the sigmas of the gyroscope's scale"
+    return "stamps of the log, taken as exact; the gyroscope's scale is relative to their clock"
 
 
 def _case_frame(result: MultiposeResult) -> str:
