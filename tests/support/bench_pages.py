@@ -139,7 +139,7 @@ def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", *
 def held(page):
     """Keeps a screen as it is while the block runs: runs end faster than a busy computer compares screens.
 
-    What the server sends meanwhile is shown afterwards.
+    Updates of the server are shown afterwards.
     """
     page.evaluate("() => { window.waiting = []; socket.onevent = packet => waiting.push(packet); }")
     try:

@@ -17,6 +17,8 @@ COMMAND = Path(sys.executable).with_name("tumble")
 """Script that pip has written."""
 CONTROL_C = b"\x03"
 HIDDEN, SHOWN = b"\x1b[?25l", b"\x1b[?25h"
+SHOWN_OF_TRACE = 3000
+"""Bytes of the output of a command, from its trace on, that a failure shows."""
 TRACES = (b"Traceback", b"Exception ignored", b"panicked", b"Fatal Python error", b"KeyboardInterrupt")
 LEADER = """
 import fcntl, os, sys, termios
@@ -69,7 +71,8 @@ class Ended:
     def trouble(self) -> str:
         """Reason why it did not end as it should; empty where it did."""
         if traces := [each.decode() for each in TRACES if each in self.output]:
-            return f"{traces[0]} in {self.output[-1500:].decode(errors='replace')}"
+            begin = self.output.find(traces[0].encode())
+            return self.output[begin : begin + SHOWN_OF_TRACE].decode(errors="replace")
         if self.output.rfind(HIDDEN) > self.output.rfind(SHOWN):
             return "the cursor stays hidden"
         # A shell shows 130 for an end by the signal itself, too; a command that was done has its own code.
