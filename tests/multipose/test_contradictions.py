@@ -177,9 +177,7 @@ def test_the_scale_is_relative_to_the_clock_and_the_page_says_so(tmp_path):
     found = {rate: tumble.multipose(log, read=ReadOptions(rate=rate)) for rate in (100.0, 103.0)}
     assert np.allclose(found[103.0].gyroscope.M * 1.03, found[100.0].gyroscope.M, atol=1e-4)
     for rate, each in found.items():
-        sentence = (
-            f"time: {rate:g} Hz, taken as exact; the gyroscope's scale is relative to the stated rate"
-        )
+        sentence = f"time: {rate:g} Hz, taken as exact; the gyroscope's scale is relative to the stated rate"
         assert any(line.startswith(sentence) for line in sentences(each))
         assert "scale is relative to the stated rate" in MULTIPOSE_REPORT.render(each).replace("&#39;", "'")
     stamped = tumble.multipose(table(samples))
