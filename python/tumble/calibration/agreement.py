@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.error_decomposition import PAIRS, factor_sigma, factors, non_orthogonality
 from tumble.foundation.recording import FloatArray
 
@@ -89,7 +90,7 @@ def _refuse_other_angles(angles: Angles, matrix: FloatArray) -> None:
         )
     if not np.isfinite(angles.mounting).all():
         return
-    turned = _rotation(np.radians(angles.mounting)) @ factors(matrix)[2].T
+    turned = _core.rotation_matrix(np.radians(angles.mounting)) @ factors(matrix)[2].T
     error = float(np.degrees(np.arccos(np.clip((np.trace(turned) - 1.0) / 2.0, -1.0, 1.0))))
     if np.abs(turned - np.eye(3)).max() > np.radians(_ANGLE):
         raise ValueError(
@@ -100,12 +101,3 @@ def _refuse_other_angles(angles: Angles, matrix: FloatArray) -> None:
 def _of_pairs(angles: NonOrthogonality) -> FloatArray:
     values = (getattr(angles, pair) for pair in PAIRS)
     return np.array([np.nan if value is None else value for value in values])
-
-
-def _rotation(vector: FloatArray) -> FloatArray:
-    """Returns the matrix (3, 3) of a rotation vector (3,), rad, by the formula of Rodrigues."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector / angle if angle > 0.0 else vector
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: FloatArray = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return turned

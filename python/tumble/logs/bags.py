@@ -72,16 +72,14 @@ def check_name(stated: object) -> str:
     return stated
 
 
-def check_one_definition(
-    path: Path, definitions: Iterable[tuple[str, Hashable]], names: Collection[str]
-) -> None:
-    """Raises `LogError` where messages of one of these topics are laid out in two ways.
+def check_one_definition(path: Path, definitions: Iterable[tuple[str, Hashable]]) -> None:
+    """Raises `LogError` where messages of one topic are laid out in two ways.
 
     `definitions` are topics, and whatever two publishers share only if their messages are laid out alike.
     """
     known: dict[str, Hashable] = {}
     for topic, definition in definitions:
-        if topic in names and known.setdefault(topic, definition) != definition:
+        if known.setdefault(topic, definition) != definition:
             raise LogError(
                 f"{path}: topic {topic} is published with two definitions of its messages; record each on a "
                 "topic of its own"

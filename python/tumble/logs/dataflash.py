@@ -302,16 +302,14 @@ class _Batches:
 
 def _in_order(*kinds: DataflashRecords | None) -> Iterator[tuple[bool, np.void]]:
     """Returns heads, False, and data, True, as they were written: a number of a batch is given again."""
-    written = [records for records in kinds if records is not None]
-    places = [kind for kind, records in enumerate(kinds) if records is not None]
-    if not written:
-        return
-    time = np.concatenate([doubles(records["TimeUS"]) for records in written])
-    kind = np.repeat(places, [len(records) for records in written])
-    number = np.concatenate([np.arange(len(records)) for records in written])
-    for place in np.lexsort((kind, time)):
-        which = int(kind[place])
-        yield bool(which), written[places.index(which)][number[place]]
+    written = [
+        (float(message["TimeUS"]), kind, message)
+        for kind, records in enumerate(kinds)
+        if records is not None
+        for message in records
+    ]
+    for _, kind, message in sorted(written, key=lambda each: each[:2]):
+        yield bool(kind), message
 
 
 _BATCH_COLUMNS = {

@@ -131,8 +131,8 @@ def _columns_beside(file: Any, name: str, dataset: Any) -> tuple[str, ...]:  # n
 
     Raises `ValueError` where they are not as many.
     """
-    block, is_block, _ = name.rpartition("_values")
-    items = file.get(f"{block}_items") if is_block and re.search(r"(^|/)block\d{1,4}$", block) else None
+    block = re.fullmatch(r"((?:.*/)?block\d{1,4})_values", name)
+    items = file.get(f"{block[1]}_items") if block else None
     if not isinstance(items, h5py.Dataset) or items.dtype.kind != "S" or len(items.shape) != 1:
         return ()
     if len(dataset.shape) != 2 or len(items) not in dataset.shape or len(items) > MOST_VARIABLES:

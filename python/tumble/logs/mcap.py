@@ -119,7 +119,7 @@ class McapFile:
         wanted = {
             channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
         }
-        check_one_definition(self.path, self._definitions(), names)
+        check_one_definition(self.path, (each for each in self._definitions() if each[0] in names))
         with damage_said(self.path, remedy(self.path)), open_regular(self.path) as file:
             if self._summary.chunk_indexes:
                 yield from self._indexed(file, wanted)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file
+from tumble.foundation.files import once_per_file
 from tumble.foundation.numbers import number_of
 from tumble.foundation.regular_files import open_regular
 from tumble.logs.columns import ImuColumns, MagneticColumns
@@ -56,11 +57,16 @@ def _header(path: Path, layout: TextLayout, name: str) -> str:
     stated = layout.preamble.get(name.lower()) or layout.preamble.get(f'"{name.lower()}"', "")
     beside = path.with_suffix(".headers.csv")
     if not stated and is_file(beside):
-        with open_regular(beside) as file:
-            pattern = rb'(?m)^"?%b"?\s*,\s*"?([\w.+-]{1,24})' % re.escape(name.encode())
-            match = re.search(pattern, file.read(_HEADERS_BYTES))
+        pattern = rb'(?m)^"?%b"?\s*,\s*"?([\w.+-]{1,24})' % re.escape(name.encode())
+        match = re.search(pattern, _first_bytes(beside))
         stated = match[1].decode() if match else ""
     return stated.strip('"')
+
+
+@once_per_file
+def _first_bytes(path: Path) -> bytes:
+    with open_regular(path) as file:
+        return file.read(_HEADERS_BYTES)
 
 
 def _refuse_scaled_rates(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -16,9 +16,9 @@ from tumble.logs.rosmsg import Encoding
 _REMARK = re.compile("#[^\n]*")
 
 
-def definitions_of(reader: Any) -> Iterator[tuple[str, Hashable]]:  # noqa: ANN401 - as `_reader`
+def definitions_of(connections: Iterable[Any]) -> Iterator[tuple[str, Hashable]]:
     """Returns, for each connection, its topic, and type and definition of its messages without remarks."""
-    for each in reader.connections:
+    for each in connections:
         words = _REMARK.sub("", each.msgdef.data).split()
         yield each.topic, (each.msgtype, tuple(words))
 

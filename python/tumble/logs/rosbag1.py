@@ -67,12 +67,9 @@ class RosBag1(RosBag):
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
         with damage_said(self.path, remedy(self.path)), self._reader() as reader:
             assert reader.bio is not None
-            check_one_definition(self.path, definitions_of(reader), names)
-            wanted = {
-                connection.id: connection.topic
-                for connection in reader.connections
-                if connection.topic in names
-            }
+            connections = [connection for connection in reader.connections if connection.topic in names]
+            check_one_definition(self.path, definitions_of(connections))
+            wanted = {connection.id: connection.topic for connection in connections}
             for info in sorted(reader.chunk_infos, key=lambda info: (info.start_time, info.pos)):
                 if wanted.keys().isdisjoint(info.connection_counts):
                     continue

@@ -52,8 +52,8 @@ class RosBag2(RosBag):
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
         with damage_said(self.path, remedy(self.path)), self._reader() as reader:
-            check_one_definition(self.path, definitions_of(reader), names)
             wanted = [connection for connection in reader.connections if connection.topic in names]
+            check_one_definition(self.path, definitions_of(wanted))
             for connection, log_time, data in reader.messages(connections=wanted):
                 if not isinstance(data, bytes):
                     raise TypeError(f"a message is {type(data).__name__}, no bytes")

@@ -134,8 +134,8 @@ class _Turn:
         here = np.eye(3)
         for k in range(len(self.steps) - 1, -1, -1):
             angle = self.rates[k] * self.steps[k]
-            to_end[k] = here @ _rotation(-0.5 * angle)
-            here = here @ _rotation(-angle)
+            to_end[k] = here @ _core.rotation_matrix(-0.5 * angle)
+            here = here @ _core.rotation_matrix(-angle)
         found = np.empty((3, UNKNOWNS))
         for column in range(3):
             weighted = np.einsum("n,nij->ij", self.rates[:, column] * self.steps, to_end) @ correction
@@ -176,12 +176,3 @@ def turn_span(figures: _core.MultiposeFigures, before: int, time: FloatArray) ->
     # Segments know their times to the microsecond.
     first, last = np.searchsorted(time, [rests[before, 1] - 1e-6, rests[before + 1, 0] - 1e-6])
     return int(first), min(int(last), len(time) - 1)
-
-
-def _rotation(vector: FloatArray) -> FloatArray:
-    """(3, 3) rotation by a rotation vector, rad."""
-    x, y, z = vector
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    half = 0.5 * math.sqrt(x * x + y * y + z * z) / math.pi
-    turned: FloatArray = np.eye(3) + np.sinc(2.0 * half) * cross + 0.5 * np.sinc(half) ** 2 * cross @ cross
-    return turned

@@ -11,11 +11,11 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import Imu
+from tumble.acquisition.stamps import MILLISECONDS
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.recording import FloatArray
 
 PARTS_PER_MILLION = 1e6
-MILLISECONDS = 1e3
 
 LARGEST_SKEW = 1e-3
 """Largest skew of two clocks, without unit: a thousand ppm, the worst of oscillators."""
@@ -73,6 +73,8 @@ class TimedTurns:
 
     clock: _core.ClockFigures
     delays: Delays
+    step: ClockStep | None
+    """The step that the delays show; None where there is none."""
     scale_sigma: float
     """Least 1-sigma of a scale of the gyroscope."""
     time: LogTime
@@ -84,24 +86,23 @@ class TimedTurns:
         clock, gyroscope, time = figures["clock"], figures["gyroscope"], reference.log.time
         nothing = np.empty(0)
         if gyroscope is None or unit.recording.parts:
-            return cls(clock, Delays(nothing, nothing, nothing), math.inf, time)
+            return cls(clock, Delays(nothing, nothing, nothing), None, math.inf, time)
         sigma = float(np.sqrt(np.diag(gyroscope["covariance"])[[0, 4, 8]].min()))
-        return cls(clock, turn_delays(reference, unit, figures), sigma, time)
+        delays = turn_delays(reference, unit, figures)
+        return cls(clock, delays, found_step(delays), sigma, time)
 
     def objections(self) -> Iterator[str]:
         """Describes a clock that times no turn right: one that was set, or of a pace that turns deny."""
-        step = found_step(self.delays)
-        if step is not None and self._matters(step):
-            yield self._step_words(step)
+        if self.step is not None and self._matters(self.step):
+            yield self._step_words(self.step)
         elif abs(self.clock["skew"]) > LARGEST_SKEW and not lies_on_a_line(self.delays):
             yield f"{self._skew_words()}, and its turns do not confirm that: was the clock set? Record again"
 
     def warnings(self) -> Iterator[str]:
         """Reports a small step, and a clock that runs evenly and faster or slower than any oscillator."""
-        step = found_step(self.delays)
-        if step is not None:
-            if not self._matters(step) and abs(step.size) > LATENCY:
-                yield self._step_words(step)
+        if self.step is not None:
+            if not self._matters(self.step) and abs(self.step.size) > LATENCY:
+                yield self._step_words(self.step)
         elif abs(self.clock["skew"]) > LARGEST_SKEW and lies_on_a_line(self.delays):
             yield (
                 f"{self._skew_words()}; its turns confirm that, and the fit includes it: check the sample "
