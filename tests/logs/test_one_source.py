@@ -11,21 +11,13 @@ import scipy.io
 
 import format_fixtures as formats
 from bag_fixtures import write_ros1, write_ros2
-from dataflash_fixtures import DataFlashWriter
+from dataflash_fixtures import DataFlashWriter, definition
 from log_fixtures import made_up, read, refusal
 from tumble.logs import ReadOptions, open_recording
-from ulog_fixtures import ULogWriter, message, turning
+from ulog_fixtures import DEVICES, ULogWriter, message, sensors, turning
 
 BLOCK = 1 << 20
 """Bytes that are taken apart at once."""
-DEVICES = {"sensor_accel": 1310988, "sensor_gyro": 1310990}
-
-
-def sensors(writer, instance, time, force, turn, devices=DEVICES):
-    axes = [dict(zip("xyz", values.T, strict=True)) for values in (force, turn)]
-    for (topic, device), values in zip(devices.items(), axes, strict=True):
-        writer.add(topic, instance, time, device_id=device, temperature=31.5, **values)
-    return writer
 
 
 def subscription(number, topic, instance):
@@ -63,10 +55,9 @@ def test_a_change_of_device_within_a_topic_is_named(tmp_path):
     time, force, turn = turning(np.random.default_rng(3), 400)
     writer = ULogWriter()
     for half, add in ((slice(0, 200), 0), (slice(200, 400), 8)):
-        devices = {topic: device + add for topic, device in DEVICES.items()}
-        sensors(writer, 0, time[half], force[half], turn[half], devices)
+        sensors(writer, 0, time[half], force[half], turn[half], added=add)
     remarks = open_recording(writer.write(tmp_path / "flight.ulg")).metadata.remarks
-    for triad, device in (("accelerometer", 1310988), ("gyroscope", 1310990)):
+    for triad, device in DEVICES.items():
         assert any(
             f"the {triad} changes" in each and f"{device} and {device + 8}" in each for each in remarks
         )
@@ -85,13 +76,6 @@ def test_every_batch_of_a_block_is_read_by_its_own_head(tmp_path):
     assert np.allclose(found.gyroscope, expected, rtol=1e-6)
 
 
-def defined(kind, name, letters, columns):
-    length = 3 + sum({"Q": 8, "f": 4, "B": 1}[letter] for letter in letters)
-    return b"\xa3\x95\x80" + struct.pack(
-        "<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode()
-    )
-
-
 def plain(kind, time, first, second):
     return b"".join(
         bytes((0xA3, 0x95, kind)) + struct.pack("<Qffffff", round(1e6 * at), *one, *other)
@@ -107,9 +91,9 @@ def test_a_name_that_is_laid_out_anew_is_refused(tmp_path):
     time, force, turn = turning(np.random.default_rng(5), 200)
     path = tmp_path / "flight.bin"
     path.write_bytes(
-        defined(150, "IMU", "Qffffff", COLUMNS)
+        definition(150, "IMU", "Qffffff", COLUMNS)
         + plain(150, time[:100], turn[:100], force[:100])
-        + defined(150, "IMU", "Qffffff", OTHERS)
+        + definition(150, "IMU", "Qffffff", OTHERS)
         + plain(150, time[100:], force[100:], turn[100:])
     )
     assert "defines the message 'IMU' a second time" in refusal(path)
@@ -119,9 +103,9 @@ def test_a_type_that_becomes_another_message_ends_the_one_before(tmp_path):
     time, force, turn = turning(np.random.default_rng(6), 200)
     path = tmp_path / "flight.bin"
     path.write_bytes(
-        defined(150, "IMU", "Qffffff", COLUMNS)
+        definition(150, "IMU", "Qffffff", COLUMNS)
         + plain(150, time[:100], turn[:100], force[:100])
-        + defined(150, "XYZQ", "Qffffff", "TimeUS,a,b,c,d,e,f")
+        + definition(150, "XYZQ", "Qffffff", "TimeUS,a,b,c,d,e,f")
         + plain(150, time[100:], force[100:], turn[100:])
     )
     found = read(path)
@@ -131,7 +115,7 @@ def test_a_type_that_becomes_another_message_ends_the_one_before(tmp_path):
 def test_two_types_of_one_name_are_all_read(tmp_path):
     time, force, turn = turning(np.random.default_rng(7), 200)
     path = tmp_path / "flight.bin"
-    definitions = b"".join(defined(kind, "IMU", "Qffffff", COLUMNS) for kind in (150, 151))
+    definitions = b"".join(definition(kind, "IMU", "Qffffff", COLUMNS) for kind in (150, 151))
     rows = [[each[number : number + 1] for each in (time, turn, force)] for number in range(200)]
     path.write_bytes(definitions + b"".join(plain(150 + number % 2, *row) for number, row in enumerate(rows)))
     found = read(path)

@@ -9,9 +9,8 @@ from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 from tumble.tools.inspect.procedure import inspect
 from turntable_sessions import typed
-from ulog_fixtures import ULogWriter, message, turning
+from ulog_fixtures import DEVICES, ULogWriter, message, sensors, turning
 
-DEVICES = {"accelerometer": 2424842, "gyroscope": 2424843}
 PX4 = sorted((DATA / "px4").glob("*.ulg"))
 
 
@@ -23,14 +22,6 @@ def samples_of(source, **options):
         for name in ("time", "accelerometer", "gyroscope")
     }
     return recording, joined
-
-
-def sensors(writer, instance, time, force, turn, shift=0.0):
-    ids = [device + instance for device in DEVICES.values()]
-    axes = [dict(zip("xyz", values.T, strict=True)) for values in (force, turn)]
-    writer.add("sensor_accel", instance, time, device_id=ids[0], temperature=31.5, **axes[0])
-    writer.add("sensor_gyro", instance, time + shift, device_id=ids[1], temperature=32.5, **axes[1])
-    return writer
 
 
 @pytest.mark.skipif(not PX4, reason="../shared/data/px4 is not there")

@@ -28,6 +28,14 @@ def as_bytes(value):
     return value if isinstance(value, bytes) else value.encode() if isinstance(value, str) else value
 
 
+def definition(kind, name, letters, columns):
+    """Returns the message that lays out those of a type."""
+    length = 3 + struct.calcsize(coded(letters))
+    return b"\xa3\x95\x80" + struct.pack(
+        "<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode()
+    )
+
+
 class DataFlashWriter:
     """Gathers messages in the order in which they are written."""
 
@@ -66,11 +74,9 @@ class DataFlashWriter:
 
     def content(self):
         """Returns the bytes of a .bin file."""
-        head = b""
-        for name, (kind, letters, columns) in LAYOUTS.items():
-            length = 3 + struct.calcsize(coded(letters))
-            body = struct.pack("<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode())
-            head += b"\xa3\x95\x80" + body
+        head = b"".join(
+            definition(kind, name, letters, columns) for name, (kind, letters, columns) in LAYOUTS.items()
+        )
         return head + b"".join(
             bytes((0xA3, 0x95, LAYOUTS[name][0]))
             + struct.pack(coded(LAYOUTS[name][1]), *map(as_bytes, values))

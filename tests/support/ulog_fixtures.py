@@ -106,3 +106,16 @@ def turning(generator, count, rate=200.0, start=2.0):
     force = 9.8 * up / np.linalg.norm(up, axis=1, keepdims=True)
     turn = np.cumsum(generator.normal(size=(count, 3)), axis=0) / np.sqrt(count)
     return time, force.astype(np.float32).astype(np.float64), turn.astype(np.float32).astype(np.float64)
+
+
+DEVICES = {"accelerometer": 2424842, "gyroscope": 2424843}
+"""Ids of the devices of the first IMU."""
+
+
+def sensors(writer, instance, time, force, turn, shift=0.0, added=None):
+    """Logs an IMU as its sensors give it; to the ids of the first is `added`, by default its number."""
+    ids = [device + (instance if added is None else added) for device in DEVICES.values()]
+    axes = [dict(zip("xyz", values.T, strict=True)) for values in (force, turn)]
+    writer.add("sensor_accel", instance, time, device_id=ids[0], temperature=31.5, **axes[0])
+    writer.add("sensor_gyro", instance, time + shift, device_id=ids[1], temperature=32.5, **axes[1])
+    return writer
