@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from textwrap import indent
 
 import pytest
 
@@ -104,6 +105,27 @@ def test_control_c_is_raised_in_no_library_that_could_lose_it(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment
     )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize(
+    "callback",
+    [
+        "class Object:\n    def __del__(self): interrupt()\nObject()",
+        "import weakref\nclass Object: pass\nweakref.ref(Object(), lambda _: interrupt())",
+        "def rows():\n    try: yield\n    finally: interrupt()\nnext(rows())",
+        "import gc\ngc.callbacks.append(lambda *_: gc.callbacks.clear() or interrupt())\ngc.collect()",
+    ],
+    ids=["finalizer", "weak reference", "generator", "collector"],
+)
+def test_control_c_in_a_callback_that_drops_errors_is_not_lost(callback):
+    code = "import os, signal, sys\nfrom tumble.cli import control_c\n"
+    code += f"def interrupt(): os.kill(os.getpid(), {signal.SIGINT}); sum(range(1000))\n"
+    code += "control_c.heed_control_c_between_steps()\n"
+    code += f"def work():\n{indent(callback, '    ')}\n"
+    code += "with control_c.DroppedTriedAgain():\n    try:\n        work()\n        signal.pause()\n"
+    code += "    except KeyboardInterrupt: sys.exit(130)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 

@@ -4,7 +4,8 @@ An exception in the midst of an import is shown by the interpreter, or lost in a
 that expects others. One in the midst of the start of a worker leaves a thread that the end of the process
 waits for, without end. One where the native module first asks numpy for its version ends the process as a
 fault of that module; others that call Python from native code do the same. So it is raised in code of ours,
-in that of whoever calls it, and where Python waits, and tried again shortly afterwards elsewhere.
+in that of whoever calls it, and where Python waits, and tried again shortly afterwards elsewhere. Where the
+interpreter runs code of ours but drops its exceptions, as at the end of an object, it is tried again too.
 """
 
 from __future__ import annotations
@@ -12,6 +13,10 @@ from __future__ import annotations
 import _signal  # type: ignore[import-not-found] # `signal` imports enum, which takes longer than all else here
 import _thread
 import os
+
+TYPE_CHECKING = False  # typing takes longer to import, as above
+if TYPE_CHECKING:
+    import sys
 
 _IMPORTING = "<frozen importlib"
 """Begins the name of the file that the interpreter's own import is in."""
@@ -61,6 +66,29 @@ def heed_control_c_between_steps() -> object:
     library that is soon over. The rest is as above.
     """
     return _handle(_between_steps)
+
+
+class DroppedTriedAgain:
+    """While it is entered, a Control-C that the interpreter drops is tried again; other drops are shown."""
+
+    def __enter__(self) -> None:
+        """Receives the exceptions that the interpreter drops."""
+        import sys
+
+        self._shown = sys.unraisablehook
+        sys.unraisablehook = self._dropped
+
+    def __exit__(self, *_: object) -> None:
+        """Leaves them to the hook that received them before."""
+        import sys
+
+        sys.unraisablehook = self._shown
+
+    def _dropped(self, dropped: sys.UnraisableHookArgs) -> None:
+        if dropped.exc_type is KeyboardInterrupt:
+            _put_off()
+        else:
+            self._shown(dropped)
 
 
 def end_by_signal(number: int) -> None:
@@ -117,6 +145,10 @@ def _between_steps(number: int, frame: object) -> None:
         _Tries.count = 0
         _signal.default_int_handler(number, frame)
     _Tries.count += 1
+    _put_off()
+
+
+def _put_off() -> None:
     _thread.start_new_thread(_again, (_thread.get_ident(),))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 
 from tumble.cli.control_c import (
+    DroppedTriedAgain,
     end_at_control_c,
     end_by_signal,
     heed_control_c_between_steps,
@@ -55,7 +56,7 @@ def _run() -> int:
     command = command_line_for(words)
     heed_control_c_between_steps()
     # A language that the command chooses ends with it, for programs that call it.
-    with speaking(ENGLISH), lasting_error():
+    with speaking(ENGLISH), lasting_error(), DroppedTriedAgain():
         try:
             speak(language_of_environment())
             working_folder()
