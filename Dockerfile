@@ -1,6 +1,6 @@
 # docker build --tag tumble .
 # docker run --rm --volume "$PWD:/work" --user "$(id -u)" tumble inspect log.csv
-FROM rust:1-slim-bookworm AS build
+FROM rust:1.98.0-slim-bookworm@sha256:1469a27c125cb5a3aebfa4f4e4665d935b02fb72cc093b2c974b3d740e43f157 AS build
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends python3-venv \
     && rm -rf /var/lib/apt/lists/*
@@ -8,7 +8,7 @@ WORKDIR /source
 COPY . .
 RUN scripts/image.sh build /image
 
-FROM python:3.13-slim-bookworm
+FROM python:3.13.14-slim-bookworm@sha256:67a1e1f215ccda113cfc024e8639049257e88f273898f595b61476d128d387e8
 # Older operators of KubeRay ask by wget whether a node is well.
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends wget \

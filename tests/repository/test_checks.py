@@ -311,6 +311,13 @@ def test_workflows_pin_each_action_by_its_commit():
     assert [line for line in used if not re.search(r"@[0-9a-f]{40} # v\d+\.\d+\.\d+$", line)] == []
 
 
+def test_the_image_pins_what_it_is_built_on_by_its_digest():
+    used = [line for line in (ROOT / "Dockerfile").read_text().splitlines() if line.startswith("FROM ")]
+    assert len(used) == 2
+    pinned = r"FROM [a-z]+:\d+\.\d+\.\d+-[a-z-]+@sha256:[0-9a-f]{64}( AS [a-z]+)?"
+    assert [line for line in used if not re.fullmatch(pinned, line)] == []
+
+
 def test_no_test_is_skipped_for_want_of_a_library():
     """A skipped loader of a peer is how an export that the peer refused passed."""
     word = "import" + "orskip"
