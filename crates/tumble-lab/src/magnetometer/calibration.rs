@@ -5,7 +5,7 @@ use tumble_core::model::ModelCovariance;
 
 use super::disturbed::FALSE_ALARM;
 use super::error::MagnetometerError;
-use super::fit::{FieldFit, FieldSettings, fit_field};
+use super::fit::{FieldFit, FieldSettings, dip_of, fit_field};
 use super::next_field::{NextField, coverage, next_field};
 use super::readings::FieldReadings;
 use super::rests::{CalibratedAccelerometer, FieldSamples, RestUp, at_rests};
@@ -202,7 +202,7 @@ fn describe(
     })
 }
 
-fn rest_points(fit: &FieldFit, data: &FieldReadings, spans: &[(f64, f64)]) -> Vec<FieldPoint> {
+pub(super) fn rest_points(fit: &FieldFit, data: &FieldReadings, spans: &[(f64, f64)]) -> Vec<FieldPoint> {
     let places = fit.residual_places();
     let groups: Vec<usize> = fit.used.iter().map(|k| fit.groups[*k]).collect();
     let (influences, unseen) = (
@@ -216,22 +216,19 @@ fn rest_points(fit: &FieldFit, data: &FieldReadings, spans: &[(f64, f64)]) -> Ve
             leverage: 0.0,
             change: 0.0,
         };
-        let upward_to_dip = |value: f64| {
-            value
-                / (found.field.norm().powi(2) - fit.upward.unwrap_or(0.0).powi(2))
-                    .max(1e-12)
-                    .sqrt()
-        };
         FieldPoint {
             span: spans[k],
             field: found.field,
             before: data.readings[k].mean.norm() - fit.strength,
             after: found.values.x,
             sigma: found.covariance[(0, 0)].sqrt(),
-            dip: fit.upward.map(|_| {
+            dip: fit.upward.map(|upward| {
+                // No linear form: a field that is cut off may be shorter than what points up in the others.
+                let here = |more: f64| dip_of(upward + found.values.y + more, found.field.norm());
+                let sigma = found.covariance[(1, 1)].sqrt();
                 (
-                    -upward_to_dip(found.values.y),
-                    upward_to_dip(found.covariance[(1, 1)].sqrt()),
+                    here(0.0) - dip_of(upward, fit.strength),
+                    (here(-sigma) - here(sigma)) / 2.0,
                 )
             }),
             weight: fit.weights[k],

@@ -55,6 +55,11 @@ pub struct FieldFit {
     pub places: Vec<usize>,
 }
 
+/// Dip of a field below the horizontal, rad, from what of it points up and from its length, both uT.
+pub fn dip_of(upward: f64, strength: f64) -> f64 {
+    -upward.atan2((strength.powi(2) - upward.powi(2)).max(0.0).sqrt())
+}
+
 impl FieldFit {
     /// Sum of the squares of the whitened residuals.
     pub fn chi_square(&self) -> f64 {
@@ -84,8 +89,7 @@ impl FieldFit {
 
     /// Dip of the field, rad, positive down.
     pub fn dip(&self) -> Option<f64> {
-        self.upward
-            .map(|upward| -(upward / self.strength).clamp(-1.0, 1.0).asin())
+        self.upward.map(|upward| dip_of(upward, self.strength))
     }
 
     /// 1-sigma of the dip, rad.

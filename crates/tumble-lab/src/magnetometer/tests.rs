@@ -1,8 +1,11 @@
 //! Laws of the magnetometer, on readings whose truth is known.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use tumble_core::model::{ErrorModel, ModelCovariance};
 
+use super::calibration::rest_points;
 use super::turned::turned;
 use super::{FieldReading, FieldReadings, FieldSamples, FieldSettings, MagnetometerError, Upward, fit_field};
 use crate::constant_length::directions::covering;
@@ -124,6 +127,20 @@ fn a_reading_near_metal_is_found_and_left_out() {
     assert_eq!(found.used, (0..20).filter(|k| *k != 4).collect::<Vec<_>>());
     assert!(found.chances[4] < 1e-6 && found.weights[4] == 0.0);
     assert!((found.model.bias - truth().bias).amax() < 0.2);
+}
+
+#[test]
+fn the_dip_of_a_field_that_is_cut_off_is_an_angle() {
+    let mut data = readings(&attitudes(20), SIGMA, Vector3::zeros());
+    data.readings[4].mean = data.readings[4].mean * 0.85 + truth().bias * 0.15;
+    let found = fit_field(&data, &known()).expect("solvable");
+    let points = rest_points(&found, &data, &[(0.0, 1.0); 20]);
+    let (cut, cut_sigma) = points[4].dip.expect("aligned");
+    assert!(points[4].disturbed && cut.abs() < PI && cut_sigma < PI);
+    for (k, point) in points.iter().enumerate().filter(|(k, _)| *k != 4) {
+        let (dip, sigma) = point.dip.expect("aligned");
+        assert!(dip.abs() < 5.0 * sigma && sigma < 0.01, "{k}: {dip} {sigma}");
+    }
 }
 
 #[test]
