@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,7 @@ from tumble.live.source import LiveChunk, PolledSource, Source, SourceChangedErr
 from tumble.logs.conversion import Conversion, case_from_log, conversion_for, notices_on_axes
 from tumble.logs.magnetometer import field_scale
 from tumble.logs.options import ReadOptions
+from tumble.logs.read_as import ReadAs
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, UNITS, Quantity
 
@@ -35,8 +38,8 @@ STRAY_READINGS = 1000.0
 """The same of the first readings, beyond which one does not show its unit."""
 
 _ARRIVAL = "arrival"
-_BEFORE = "it was read so before it returned"
-"""Reason of a unit of a source that was opened anew."""
+_BEFORE = "it was read so before"
+"""Reason of a unit of a source that was opened anew, or whose recording goes on."""
 
 EMPTY = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -63,6 +66,8 @@ class Conditioner:
         """Error that `take` and `due` raise next: good samples had come before it."""
         self._before: tuple[Conversion, StreamFacts] | None = None
         """Units and statements by which the source was read before it was opened anew."""
+        self._units_before: Mapping[str, str] = {}
+        """Units by quantity in which an earlier process read the source, whose recording goes on."""
         self._options = options
         self._device_clock = DeviceClock()
         self._arrival_clock = ArrivalClock()
@@ -93,6 +98,31 @@ class Conditioner:
         if self._conversion is None or self._facts is None:
             return self._before
         return self._conversion, self._facts
+
+    @property
+    def is_decided(self) -> bool:
+        """Returns whether samples were enough to decide units from."""
+        return self._conversion is not None
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Returns units by quantity that hold for the recording: stated or shown, not assumed."""
+        if self._known is None:
+            return self._units_before
+        conversion, facts = self._known
+        names = {
+            "accelerometer": conversion.accelerometer_unit.name,
+            "gyroscope": "" if self.gyroscope_unit_is_assumed else conversion.gyroscope_unit.name,
+            "time": conversion.time_unit.name if self.stamped else "",
+            "temperature": conversion.temperature_unit,
+            "magnetometer": "" if facts.magnetometer_unit is None else facts.magnetometer_unit.name,
+        }
+        # Counts have no unit of the stream.
+        return {quantity: name for quantity, name in names.items() if name in UNITS[cast(Quantity, quantity)]}
+
+    def go_on_in(self, units: Mapping[str, str]) -> None:
+        """Reads on in the units of a recording that goes on; another one that is stated is refused."""
+        self._units_before = units
 
     @property
     def notices(self) -> tuple[str, ...]:
@@ -138,6 +168,7 @@ class Conditioner:
         self.impossible, self.cut_off = previous.impossible, previous.cut_off
         self.undecided = previous.undecided + sum(map(len, previous._head))
         self._before, self._from_field = previous._known, previous._from_field
+        self._units_before = previous._units_before
         if self._order is not None and previous._order is not None:
             self._order.sorted = previous._order.sorted
 
@@ -163,20 +194,12 @@ class Conditioner:
 
     def _refuse_other_units(self, facts: StreamFacts, count: int) -> None:
         """Raises `SourceChangedError` where a stream now states another unit than it was read in."""
-        if self._known is None or facts is self._known[1] or facts == self._known[1]:
+        if self._known is not None and (facts is self._known[1] or facts == self._known[1]):
             return
-        conversion, before = self._known
-        used: dict[Quantity, tuple[StatedUnit | None, str]] = {
-            "accelerometer": (facts.accelerometer_unit, conversion.accelerometer_unit.name),
-            "gyroscope": (facts.gyroscope_unit, conversion.gyroscope_unit.name),
-            "time": (facts.time_unit, conversion.time_unit.name),
-            "temperature": (facts.temperature_unit, conversion.temperature_unit),
-            "magnetometer": (facts.magnetometer_unit, _name_of(before.magnetometer_unit)),
-        }
-        for quantity, (stated, name) in used.items():
+        for quantity, name in self.units.items():
+            stated: StatedUnit | None = getattr(facts, f"{quantity}_unit")
             by_user = getattr(self._options, f"{quantity}_unit", None) is not None
-            # Counts, and times that are those of arrival, have no unit of the stream.
-            if stated is None or by_user or name not in UNITS[quantity] or stated.name == name:
+            if stated is None or by_user or stated.name == name:
                 continue
             if quantity == "time" and self._counting_clock is not None:
                 continue
@@ -253,31 +276,23 @@ class Conditioner:
 
     def _decide(self, head: RawSamples, facts: StreamFacts) -> Conversion:
         if self._before is not None:
-            return self._decided_before(self._before[0], head, facts)
+            # Those of before hold, once the readings show no others.
+            conversion_for(self._in_units_so_far(facts), self._options, head)
+            return self._before[0]
+        facts = self._in_units_so_far(facts)
         if facts.has_time or self._counting_clock is not None:
             return conversion_for(facts, self._options, head)
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
 
-    def _decided_before(self, before: Conversion, head: RawSamples, facts: StreamFacts) -> Conversion:
-        """Returns the units in which the source was read before.
-
-        Raises `LogError` where its readings show others.
-        """
-
-        def stated(quantity: Quantity, unit: StatedUnit | None, name: str) -> StatedUnit | None:
-            return StatedUnit(name, _BEFORE) if unit is None and name in UNITS[quantity] else unit
-
-        units = replace(
-            facts,
-            accelerometer_unit=stated(
-                "accelerometer", facts.accelerometer_unit, before.accelerometer_unit.name
-            ),
-            gyroscope_unit=stated("gyroscope", facts.gyroscope_unit, before.gyroscope_unit.name),
-            time_unit=stated("time", facts.time_unit, before.time_unit.name),
-        )
-        conversion_for(units, self._options, head)
-        return before
+    def _in_units_so_far(self, facts: StreamFacts) -> StreamFacts:
+        """Returns statements with the units of before where the stream states none."""
+        unstated: dict[str, Any] = {
+            f"{quantity}_unit": StatedUnit(name, _BEFORE)
+            for quantity, name in self.units.items()
+            if getattr(facts, f"{quantity}_unit") is None
+        }
+        return replace(facts, **unstated)
 
     def _checked(self, readings: Readings, arrival: float) -> LiveChunk:
         samples, moving, magnetic = readings.samples, readings.moving, readings.magnetic
@@ -397,14 +412,19 @@ class ConditionedSource(PolledSource):
         """See `Source`."""
         return self._conditioner.stamped
 
+    @property
+    def read_as(self) -> ReadAs | None:
+        """See `Source`."""
+        return ReadAs(units=dict(self._conditioner.units)) if self._conditioner.is_decided else None
+
+    def go_on_as(self, before: ReadAs) -> None:
+        """See `Source`."""
+        self._conditioner.go_on_in(before.units)
+
     def follow(self, previous: Source) -> None:
         """Reads on as the source was read that this one is the return of."""
         if isinstance(previous, ConditionedSource):
             self._conditioner.follow(previous._conditioner)
-
-
-def _name_of(unit: StatedUnit | None) -> str:
-    return "" if unit is None else unit.name
 
 
 def _all_within(triad: FloatArray, limit: float) -> bool:

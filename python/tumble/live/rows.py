@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import Any, cast
@@ -22,6 +22,7 @@ from tumble.live.readings import Readings
 from tumble.live.source import SourceChangedError
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
+from tumble.logs.read_as import ReadAs
 from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
 from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, several
 
@@ -63,6 +64,7 @@ class _Layout:
         imu: str,
     ) -> None:
         self.names = names
+        self.delimiter = delimiter
         self.columns = columns
         self.notices = notices
         self.imu = imu
@@ -158,6 +160,8 @@ class RowReader:
         """Indicates whether its names came with the first line, and no row has shown that it was whole."""
         self._other_fields: set[tuple[str, ...]] = set()
         """Fields of objects that hold no sample of this unit."""
+        self._before: ReadAs | None = None
+        """Columns under which an earlier process read the rows, whose recording goes on."""
         self.refusal: LogError | None = None
         """Error after the rows that `read` returned last, from which on nothing is read."""
 
@@ -175,10 +179,27 @@ class RowReader:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
+    def read_as(self, units: Mapping[str, str]) -> ReadAs | None:
+        """Returns how rows are read, with the units of their quantities; None until columns are known."""
+        if self._layout is None or self._layout_is_doubtful:
+            return None
+        layout = self._layout
+        return ReadAs(
+            columns=layout.names,
+            delimiter=layout.delimiter,
+            is_without_names=layout.is_assumed,
+            is_of_objects=layout.is_of_objects,
+            units=dict(units),
+        )
+
+    def go_on_as(self, before: ReadAs) -> None:
+        """Reads under the columns of a recording that goes on."""
+        self._before = before if before.columns else None
+
     def follow(self, previous: RowReader) -> None:
         """Reads on under the columns of the source that this one is the return of."""
         self.prefix, self.unreadable = previous.prefix, previous.unreadable
-        self._no_imu = previous._no_imu
+        self._no_imu, self._before = previous._no_imu, previous._before
         if not previous._layout_is_doubtful:
             self._layout = previous._layout
 
@@ -192,6 +213,8 @@ class RowReader:
         if self._is_whole:
             # However many lines it holds, one datagram is no reason to give up.
             self._most_in_succession = self._unreadable_in_succession + 1
+        if rows and self._layout is None and self._before is not None:
+            self._go_on(self._before)
         numbers: list[list[float]] = []
         for row in rows:
             try:
@@ -206,6 +229,12 @@ class RowReader:
         assert self._layout is not None, "rows are read once columns are known"
         self._read_at = clock.now()
         return self._layout.readings(np.array(numbers, dtype=np.float64))
+
+    def _go_on(self, before: ReadAs) -> None:
+        self._layout = self._layout_for(before.columns, before.delimiter)
+        self._layout.is_assumed = before.is_without_names
+        self._layout.is_of_objects = before.is_of_objects
+        self._before = None
 
     def _numbers(self, row: LabelRow) -> list[list[float]]:
         if isinstance(row, dict):

@@ -14,6 +14,7 @@ from tumble.foundation import clock
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray
+from tumble.logs.read_as import ReadAs
 
 HEARTBEAT = 0.1
 """Longest time, s, for which a source keeps its reader waiting without a word."""
@@ -120,6 +121,16 @@ class Source(Protocol):
     def gyroscope_unit_is_assumed(self) -> bool:
         """Indicates whether rad/s is an assumption that neither the stream nor the user states."""
 
+    @property
+    def read_as(self) -> ReadAs | None:
+        """How its samples are read, once that is known; None where nothing of it could be read otherwise."""
+
+    def go_on_as(self, before: ReadAs) -> None:
+        """Has it read as before, in a recording that goes on; call it before the first sample.
+
+        What then states otherwise is refused by `SourceChangedError`.
+        """
+
     def __enter__(self) -> Source: ...
 
     def __exit__(
@@ -144,6 +155,15 @@ class PolledSource(ABC):
     clock = ""
     serial = ""
     already_corrected: bool | None = None
+
+    @property
+    def read_as(self) -> ReadAs | None:
+        """See `Source`."""
+        return None
+
+    def go_on_as(self, before: ReadAs) -> None:
+        """See `Source`."""
+        del before  # nothing of it could be read otherwise
 
     @property
     def stamped(self) -> bool:

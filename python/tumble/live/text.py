@@ -20,6 +20,7 @@ from tumble.live.streams import GrowingFile, StandardInput, TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
+from tumble.logs.read_as import ReadAs
 
 
 def serial_line(address: Address, options: ReadOptions) -> TextLine:
@@ -119,6 +120,18 @@ class TextUnit(LineUnit[LabelledRow]):
         self._choice = LabelChoice(address, self.wanted, joined_midway=joined_midway)
         self._rows = RowReader(address, options, joined_midway=joined_midway, whole=line.transport.whole)
         self._stated: tuple[ImuColumns, StreamFacts] | None = None
+
+    @property
+    def read_as(self) -> ReadAs | None:
+        """See `Source`."""
+        if not self._conditioner.is_decided:
+            return None
+        return self._rows.read_as(self._conditioner.units)
+
+    def go_on_as(self, before: ReadAs) -> None:
+        """See `Source`."""
+        super().go_on_as(before)
+        self._rows.go_on_as(before)
 
     def follow(self, previous: Source) -> None:
         """See `ConditionedSource`."""

@@ -28,6 +28,7 @@ from tumble.foundation.schemas import SESSION
 from tumble.logs import parquet
 from tumble.logs.arrow_floats import as_floats
 from tumble.logs.options import ReadOptions
+from tumble.logs.read_as import ReadAs
 from tumble.logs.session_clock import STAMP, ClockLine, lines_of, steady
 from tumble.logs.spec import parse_spec
 from tumble.logs.track import (
@@ -60,6 +61,8 @@ class SessionUnit(Document):
     """Serial number of the unit, where it is known."""
     samples: int | None = Field(default=None, ge=0)
     """Once the session has ended."""
+    read_as: ReadAs | None = None
+    """How its source is read, so that a session that goes on reads it as before."""
     remarks: tuple[str, ...] = Field(default=(), strict=False)
     """Remarks on its samples: units assumed, gaps, the error of its clock."""
 

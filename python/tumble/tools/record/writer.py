@@ -117,13 +117,13 @@ class SessionWriter:
             unit.name: _Unit(UnitParts(folder, unit.name, _facts(unit, units[unit.name].source)))
             for unit in fresh.units
         }
+        self._sources = {name: unit.source for name, unit in units.items()}
         if resume:
             self._go_on()
         self._disk = clock.executor("disk")
         """Writes: sources go on being read while the disk takes its time."""
         self._writing: Future[None] | None = None
         self._flush_at = clock.now() + FLUSH_EVERY
-        self._sources = {name: unit.source for name, unit in units.items()}
         self.bytes = 0
         """Bytes on disk."""
 
@@ -179,11 +179,28 @@ class SessionWriter:
         Raises `OutputError` where what was to be written before could not be.
         """
         now = clock.now()
+        self._keep_how_read()
         if now < self._flush_at or (self._writing is not None and not self._writing.done()):
             return
         self._flush_at = now + FLUSH_EVERY
         self._wait()
         self._writing = self._disk.submit(self._write, self._taken())
+
+    def _keep_how_read(self) -> None:
+        """States in `session.yaml` how units are read, as soon as that is known."""
+        known = {
+            unit.name: read_as
+            for unit in self.session.units
+            if unit.read_as is None and (read_as := getattr(self._sources[unit.name], "read_as", None))
+        }
+        if not known:
+            return
+        units = tuple(
+            unit.model_copy(update={"read_as": known[unit.name]}) if unit.name in known else unit
+            for unit in self.session.units
+        )
+        self.session = self.session.model_copy(update={"units": units})
+        write_session(self._folder, self.session)
 
     def finish(
         self,
@@ -199,6 +216,7 @@ class SessionWriter:
         """
         closed = (clock.now() if closed is None else closed) + self._shift
         self._wait()
+        self._keep_how_read()
         try:
             self._write(self._taken())
             for kept in self._units.values():
@@ -236,6 +254,9 @@ class SessionWriter:
             remove_made(self._session_file, kind=document_kind(SCHEMA))
 
     def _go_on(self) -> None:
+        for described in self.session.units:
+            if described.read_as is not None:
+                self._sources[described.name].go_on_as(described.read_as)
         for name, unit in self._units.items():
             before = recorded_so_far(self._folder, name)
             if before.samples:

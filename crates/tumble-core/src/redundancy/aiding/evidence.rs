@@ -7,7 +7,7 @@ use crate::redundancy::aiding::course::CourseLikelihood;
 use crate::redundancy::aiding::navigation::{Aided, AidedHeading, Innovation, Navigation, NavigationStep};
 use crate::redundancy::aiding::track::{EARLY, LATE};
 use crate::redundancy::aiding::{Aiding, AidingRejection};
-use crate::redundancy::isolation::attribution::{DECIDES, Ground, Proof};
+use crate::redundancy::isolation::attribution::{Ground, Proof};
 use crate::redundancy::unit_set::UnitSet;
 
 /// Time constants with which evidence is forgotten, s: while a unit departs from others, and while it does not.
@@ -40,6 +40,11 @@ const USUAL_MOST: f64 = 9.0;
 
 /// Times the usual mean square misfit of the best unit beyond which a filter goes on from the state of that one, while units agree.
 const STRAYED: f64 = 2.0;
+
+/// Logarithm of the likelihood ratio of two units that decides where they dispute: one decision in 400 is wrong. It is twice as
+/// much where nothing but the measurements speaks. Of 924 faults on recorded flights 14 are given to the wrong unit at 5, 6 at 6,
+/// 4 at 8, and 28, 37 and 53 to none.
+const DECIDES: f64 = 6.0;
 
 /// Largest evidence of one measurement: one alone decides nothing.
 const OF_ONE: f64 = 3.5;
