@@ -155,7 +155,7 @@ def test_a_device_that_returns_in_another_unit_is_refused():
                 break
     assert sum(map(len, found)) == 100
     assert [event.kind for event in events] == ["lost", "returned", "lost"]
-    assert "accelerometer is stated in m/s^2 (it was read so before it returned)" in events[-1].reason
+    assert "accelerometer is stated in m/s^2 (it was read so before)" in events[-1].reason
 
 
 @pytest.mark.usefixtures("simulated_clock")

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from live_fixtures import piped, resting, text_lines
+from tumble.foundation import clock
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.logs.session import Session
 from turntable_sessions import typed
@@ -60,6 +61,45 @@ def test_a_device_that_states_other_units_is_recorded_no_further(tmp_path, monke
     assert any(
         each.startswith("was read no further: imu: stdin:: columns were named") for each in unit.remarks
     )
+
+
+def in_two_parts(tmp_path, monkeypatch, first, second):
+    """Records twice into one session; returns how the second recording ended."""
+    folder = tmp_path / "session"
+    with piped(monkeypatch, first):
+        done = typed("record", "imu=stdin:", "-o", folder)
+    assert done.code == 0, done.err
+    # What was piped at once is as long as this by the clock of the device.
+    clock.sleep(LATER[-1, 0])
+    with piped(monkeypatch, second):
+        return typed("record", "imu=stdin:", "-o", folder, "--resume")
+
+
+@pytest.mark.usefixtures("simulated_clock")
+def test_a_recording_that_goes_on_is_read_as_before_without_names(tmp_path, monkeypatch):
+    """The device stated its columns as it was switched on, and another command reads on."""
+    done = in_two_parts(tmp_path, monkeypatch, sent(TABLE), sent(LATER, header=None))
+    assert (done.code, "assumed" in done.out + done.err) == (0, False), done.err
+    found, unit = recorded(tmp_path / "session")
+    # The first line may lack its front.
+    assert len(found) in (2 * len(TABLE), 2 * len(TABLE) - 1)
+    later = LATER[2 * len(TABLE) - len(found) :]
+    assert np.allclose(found, np.vstack([TABLE, later])[:, 1:], rtol=0.0, atol=1e-5)
+    assert unit.read_as.units == {
+        "accelerometer": "g",
+        "gyroscope": "deg/s",
+        "time": "s",
+        "temperature": "degC",
+    }
+
+
+@pytest.mark.usefixtures("simulated_clock")
+def test_a_recording_that_goes_on_is_not_read_under_other_names(tmp_path, monkeypatch):
+    done = in_two_parts(tmp_path, monkeypatch, sent(TABLE), sent(LATER, OTHER))
+    assert done.code == 3
+    assert f"columns were named '{STATED}' so far, and are now named '{OTHER}'" in done.err
+    found, _ = recorded(tmp_path / "session")
+    assert np.allclose(found, TABLE[:, 1:], rtol=0.0, atol=1e-5)
 
 
 @pytest.mark.parametrize(

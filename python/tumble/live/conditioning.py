@@ -106,19 +106,25 @@ class Conditioner:
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Returns units by quantity that hold for the recording: stated or shown, not assumed."""
+        """Returns units by quantity in which the recording is read, whether stated, shown or assumed."""
         if self._known is None:
             return self._units_before
         conversion, facts = self._known
         names = {
             "accelerometer": conversion.accelerometer_unit.name,
-            "gyroscope": "" if self.gyroscope_unit_is_assumed else conversion.gyroscope_unit.name,
+            "gyroscope": conversion.gyroscope_unit.name,
             "time": conversion.time_unit.name if self.stamped else "",
             "temperature": conversion.temperature_unit,
             "magnetometer": "" if facts.magnetometer_unit is None else facts.magnetometer_unit.name,
         }
         # Counts have no unit of the stream.
         return {quantity: name for quantity, name in names.items() if name in UNITS[cast(Quantity, quantity)]}
+
+    @property
+    def lasting_units(self) -> dict[str, str]:
+        """Returns those of them that hold for a recording that goes on: what was assumed is assumed anew."""
+        assumed = "gyroscope" if self.gyroscope_unit_is_assumed else None
+        return {quantity: name for quantity, name in self.units.items() if quantity != assumed}
 
     def go_on_in(self, units: Mapping[str, str]) -> None:
         """Reads on in the units of a recording that goes on; another one that is stated is refused."""
@@ -415,7 +421,7 @@ class ConditionedSource(PolledSource):
     @property
     def read_as(self) -> ReadAs | None:
         """See `Source`."""
-        return ReadAs(units=dict(self._conditioner.units)) if self._conditioner.is_decided else None
+        return ReadAs(units=self._conditioner.lasting_units) if self._conditioner.is_decided else None
 
     def go_on_as(self, before: ReadAs) -> None:
         """See `Source`."""

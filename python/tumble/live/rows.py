@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import Any, cast
@@ -179,7 +179,7 @@ class RowReader:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
-    def read_as(self, units: Mapping[str, str]) -> ReadAs | None:
+    def read_as(self, units: dict[str, str]) -> ReadAs | None:
         """Returns how rows are read, with the units of their quantities; None until columns are known."""
         if self._layout is None or self._layout_is_doubtful:
             return None
@@ -189,7 +189,7 @@ class RowReader:
             delimiter=layout.delimiter,
             is_without_names=layout.is_assumed,
             is_of_objects=layout.is_of_objects,
-            units=dict(units),
+            units=units,
         )
 
     def go_on_as(self, before: ReadAs) -> None:

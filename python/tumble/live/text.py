@@ -126,7 +126,7 @@ class TextUnit(LineUnit[LabelledRow]):
         """See `Source`."""
         if not self._conditioner.is_decided:
             return None
-        return self._rows.read_as(self._conditioner.units)
+        return self._rows.read_as(self._conditioner.lasting_units)
 
     def go_on_as(self, before: ReadAs) -> None:
         """See `Source`."""
