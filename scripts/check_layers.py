@@ -186,7 +186,7 @@ LAYERS: dict[str, set[str]] = {
     "file_reading": {"errors", "file_status", "files", "regular_files"},
     "files": {"errors", "words", "folder_lock", "debugging", "file_status", "regular_files"},
     "growing_array": {"recording"},
-    "stores": {"errors", "file_reading", "files", "temporary_folders", "words"},
+    "stores": {"bounded_answer", "errors", "file_reading", "files", "temporary_folders", "words"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names", "words"},
     "project_file": READING | {"errors", "words"},

@@ -52,15 +52,14 @@ def test_results_on_s3_are_those_of_files(bucket, logs, tmp_path):
 
 def test_calls_that_fail_now_and_then_change_nothing(bucket, logs, tmp_path, monkeypatch):
     draws = random.Random(7)
-    store = type(FileStore(bucket).files)
-    whole = store.get_file
+    whole = S3FileSystem.get_file
 
     def get(self, *arguments, **options):
         if draws.random() < 0.2:
             raise OSError("please reduce your request rate")
         return whole(self, *arguments, **options)
 
-    monkeypatch.setattr(store, "get_file", get)
+    monkeypatch.setattr(S3FileSystem, "get_file", get)
     job = job_at(bucket, str(tmp_path / "results"))
     run_job(job, LosingEngine(np.random.default_rng(2)))
     assert [row["place"] for row in results_of(job).to_pylist() if row["failure"]] == [

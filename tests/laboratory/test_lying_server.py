@@ -92,7 +92,7 @@ def serving(answer):
 
 
 def test_any_answer_of_a_server_is_one_line_in_time(monkeypatch):
-    monkeypatch.setattr(database, "_ANSWERING", 0.2)
+    monkeypatch.setattr(database, "ANSWERING", 0.2)
     chance = random.Random(drawn_seed())
     for _ in range(repetitions(80)):
         answer = drawn_answer(chance)
@@ -106,7 +106,7 @@ def test_any_answer_of_a_server_is_one_line_in_time(monkeypatch):
 
 @pytest.mark.parametrize("answer", [b"", row(INTEGER, b"abc")])
 def test_a_silent_and_a_lying_server_are_told_apart(monkeypatch, answer):
-    monkeypatch.setattr(database, "_ANSWERING", 0.2)
+    monkeypatch.setattr(database, "ANSWERING", 0.2)
     with serving([answer]) as port:
         done = typed("registry", "list", "--registry", f"postgresql://u@127.0.0.1:{port}/lab")
     assert ("sent what is no answer" in done.err) is bool(answer), done.err
@@ -114,7 +114,7 @@ def test_a_silent_and_a_lying_server_are_told_apart(monkeypatch, answer):
 
 
 def test_rows_without_end_are_given_up(monkeypatch):
-    monkeypatch.setattr(database, "_LARGEST_ANSWER", 64 << 20)
+    monkeypatch.setattr(database, "LARGEST_ANSWER", 64 << 20)
     column = struct.pack("!H", 1) + b"a\0" + struct.pack("!IHIhih", 0, 0, TEXT, -1, -1, 0)
     field = message(b"D", struct.pack("!Hi", 1, 1 << 16) + bytes(b"x" * (1 << 16)))
     with serving(chain([message(b"T", column)], repeat(field))) as port:

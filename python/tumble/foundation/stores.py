@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+from tumble.foundation.bounded_answer import ANSWERING, LARGEST_ANSWER, awaited_within
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import opened
 from tumble.foundation.files import make_folder
@@ -21,12 +23,44 @@ from tumble.foundation.words import count_of, quoted
 _FOLDERS: Final = frozenset(("file", "local"))
 STORES: Final = frozenset(("s3", "s3a", "gs", "gcs", "abfs", "abfss", "az"))
 """Protocols of stores of objects."""
+_COPYING: Final = frozenset(("get_file",))
+"""Operations whose answer goes to the disk."""
 _MOST_FILES: Final = 10_000
 """Files of a folder that is copied: a session has one for each unit."""
 
 
 class StoreError(TumbleError):
     """A folder or URL cannot be read or written."""
+
+
+class _BoundedFiles:
+    """Files of a store of objects, whose server has so long and so much memory for each answer.
+
+    Copies of files are bounded by the sizes that were listed.
+    """
+
+    def __init__(self, files: Any) -> None:  # noqa: ANN401 - the store's library has no types
+        self._files = files
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+        from inspect import iscoroutinefunction
+
+        work = getattr(self._files, f"_{name}", None)
+        if not iscoroutinefunction(work) or name in _COPYING:
+            return getattr(self._files, name)
+
+        def bounded(*given: object, **named: object) -> object:
+            from fsspec.asyn import sync
+            from fsspec.exceptions import FSTimeoutError
+
+            asked = partial(work, *given, **named)
+            try:
+                return sync(self._files.loop, awaited_within, asked, ANSWERING, LARGEST_ANSWER)
+            except FSTimeoutError as error:
+                # The library drops the words of an error of time.
+                raise TimeoutError(str(error.__cause__)) from error
+
+        return bounded
 
 
 class Store:
@@ -136,7 +170,7 @@ def _opened(url: str) -> tuple[Any, str]:
         raise StoreError(f"{shown(url)}: {shown(str(error))}; give a folder or an s3:// URL") from error
     except Exception as error:  # libraries of stores raise errors of their own
         raise store_error(url, error) from error
-    return files, str(root)
+    return files if url.partition("://")[0] in _FOLDERS else _BoundedFiles(files), str(root)
 
 
 def store_error(url: str, error: Exception) -> StoreError:

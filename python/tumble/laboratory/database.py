@@ -25,7 +25,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
-from tumble.foundation.bounded_answer import bounded_answer
+from tumble.foundation.bounded_answer import ANSWERING, LARGEST_ANSWER, bounded_answer
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.words import quoted
@@ -37,10 +37,6 @@ PATIENCE = 30.0
 """s to wait while another program writes."""
 _CONNECTING = 10
 """s to wait for a server."""
-_ANSWERING = 4.0 * PATIENCE
-"""s to wait for the whole answer to a statement."""
-_LARGEST_ANSWER = 1 << 30
-"""Bytes of memory for that answer; long ones are asked for a thousand rows at a time."""
 _LOCK = 0x74756D626C65
 """Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
 _LIMIT_OF_LENGTHS = 0
@@ -336,7 +332,7 @@ def _limited_connection() -> Any:  # noqa: ANN401 - psycopg is imported where it
             if timeout is not None:
                 return super().wait(gen, interval, timeout)
             try:
-                return super().wait(bounded_answer(gen, _ANSWERING, _LARGEST_ANSWER), interval)
+                return super().wait(bounded_answer(gen, ANSWERING, LARGEST_ANSWER), interval)
             except (TimeoutError, MemoryError) as error:
                 # The server goes on with its answer, so that nothing more can be asked of it.
                 self.pgconn.finish()
