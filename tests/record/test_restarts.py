@@ -69,7 +69,7 @@ def in_two_parts(tmp_path, monkeypatch, first, second):
     with piped(monkeypatch, first):
         done = typed("record", "imu=stdin:", "-o", folder)
     assert done.code == 0, done.err
-    # What was piped at once is as long as this by the clock of the device.
+    # All that was piped at once is as long as this by the clock of the device.
     clock.sleep(LATER[-1, 0])
     with piped(monkeypatch, second):
         return typed("record", "imu=stdin:", "-o", folder, "--resume")

@@ -123,12 +123,12 @@ class Source(Protocol):
 
     @property
     def read_as(self) -> ReadAs | None:
-        """How its samples are read, once that is known; None where nothing of it could be read otherwise."""
+        """Columns and units of its samples, once known; None where nothing of it could be read otherwise."""
 
     def go_on_as(self, before: ReadAs) -> None:
         """Has it read as before, in a recording that goes on; call it before the first sample.
 
-        What then states otherwise is refused by `SourceChangedError`.
+        A source that then states otherwise is refused by `SourceChangedError`.
         """
 
     def __enter__(self) -> Source: ...

@@ -1,4 +1,4 @@
-"""How a live source was read: the columns and units that hold for all samples of one recording."""
+"""Columns and units of a live source, which hold for all samples of one recording."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class SessionUnit(Document):
     samples: int | None = Field(default=None, ge=0)
     """Once the session has ended."""
     read_as: ReadAs | None = None
-    """How its source is read, so that a session that goes on reads it as before."""
+    """Columns and units of its source, so that a session that goes on reads it as before."""
     remarks: tuple[str, ...] = Field(default=(), strict=False)
     """Remarks on its samples: units assumed, gaps, the error of its clock."""
 

@@ -131,6 +131,11 @@ impl Selection {
         self.failing_since = OptionalTime::NONE;
     }
 
+    /// Returns whether there never was a source, and units have sent for less than `late`, microseconds.
+    pub fn awaits_the_first(&mut self, now: u64, late: u64) -> bool {
+        self.source == SelectedSource::Unset && !self.has_failed(now, late)
+    }
+
     /// Restarts the time for which the source has failed, after a jump of time.
     pub fn restart_time(&mut self) {
         self.failing_since = OptionalTime::NONE;

@@ -42,8 +42,8 @@ const USUAL_MOST: f64 = 9.0;
 const STRAYED: f64 = 2.0;
 
 /// Logarithm of the likelihood ratio of two units that decides where they dispute: one decision in 400 is wrong. It is twice as
-/// much where nothing but the measurements speaks. Of 924 faults on recorded flights 14 are given to the wrong unit at 5, 6 at 6,
-/// 4 at 8, and 28, 37 and 53 to none.
+/// much where nothing but the measurements speaks. The wrong unit is isolated at 14 of 924 faults on recorded flights with 5, at 6
+/// with 6 and at 4 with 8, and none at 28, 37 and 53.
 const DECIDES: f64 = 6.0;
 
 /// Largest evidence of one measurement: one alone decides nothing.

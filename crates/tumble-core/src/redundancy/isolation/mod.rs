@@ -321,9 +321,15 @@ where
         self.temperatures.calibrated(unit);
         self.trim(sensor, unit, None);
         self.shown.forget(unit);
-        if let Some(evidence) = self.evidence.get_mut(unit) {
+        let primary = self.evidence.first().copied();
+        if let Some((evidence, primary)) = self.evidence.get_mut(unit).zip(primary) {
             *sensor.of_mut(&mut evidence.at_rest) = RestInHealth::unknown();
             *sensor.of_mut(&mut evidence.taken) = 0;
+            // It reads what the primary reads from now on, and earlier readings are no evidence on its calibration.
+            evidence.gravity = primary.gravity;
+            if sensor == Sensor::Gyroscope {
+                evidence.resting_rate = primary.resting_rate;
+            }
         }
     }
 
@@ -356,6 +362,9 @@ where
             .trimmed(sensor, unit, change, anew);
         if anew {
             self.temperatures.calibrated(unit);
+        }
+        if let Some(evidence) = self.evidence.get_mut(unit).filter(|_| sensor == Sensor::Gyroscope) {
+            evidence.resting_rate = difference(&evidence.resting_rate, change);
         }
         self.trim(sensor, unit, Some(change).filter(|_| !anew));
     }

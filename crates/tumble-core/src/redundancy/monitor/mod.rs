@@ -677,6 +677,12 @@ where
             self.selection.keep_primary();
             return;
         }
+        let settings = &platform.settings().health;
+        let is_silent = |unit: &Health<T>| unit.condition(now, settings) == Condition::Silent;
+        // The interval of a unit that has sent nothing is unknown: its first sample may be late by as much.
+        if health.first().is_some_and(is_silent) && self.selection.awaits_the_first(now, settings.late) {
+            return;
+        }
         let candidate = |unit: usize| {
             let health = health.get(unit)?;
             let healthy_since = health.healthy_since();
