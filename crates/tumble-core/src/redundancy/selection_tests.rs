@@ -260,3 +260,16 @@ fn a_saturating_source_is_replaced_only_by_a_calm_one() {
     let change = selection.update(2 * SATURATED_HOLD, &among(&calm_for(CALM)), &settings(None));
     assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
 }
+
+#[test]
+fn the_first_sample_of_a_primary_may_be_late() {
+    let mut selection = Selection::new();
+    let late = 5 * HOLD;
+    assert!(selection.awaits_the_first(0, late));
+    assert!(selection.awaits_the_first(late - 1, late));
+    assert!(!selection.awaits_the_first(late, late));
+    // Beyond that it has failed for longer than any source may.
+    let change = selection.update(late, &among(&[ILL, FIT]), &settings(None));
+    assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
+    assert!(!selection.awaits_the_first(late, late));
+}

@@ -363,7 +363,11 @@ where
         if anew {
             self.temperatures.calibrated(unit);
         }
-        if let Some(evidence) = self.evidence.get_mut(unit).filter(|_| sensor == Sensor::Gyroscope) {
+        if let Some(evidence) = self
+            .evidence
+            .get_mut(unit)
+            .filter(|_| sensor == Sensor::Gyroscope)
+        {
             evidence.resting_rate = difference(&evidence.resting_rate, change);
         }
         self.trim(sensor, unit, Some(change).filter(|_| !anew));

@@ -124,3 +124,26 @@ fn a_ramp_is_found_before_it_is_large() {
         );
     }
 }
+
+#[test]
+fn no_reading_before_a_calibration_is_evidence_against_it() {
+    let mut isolator = FaultIsolator::<f64, 2>::new();
+    let rates = [Vector3::new(1e-3, 0.0, 0.0), Vector3::new(0.03, -0.01, 0.0)];
+    for (evidence, rate) in isolator.evidence.iter_mut().zip(rates) {
+        evidence.resting_rate = rate;
+        let force = Vector3::new(0.0, 0.0, 9.8) + rate * 10.0;
+        for _ in 0..100 {
+            evidence.gravity.push(&force, &rate, 9.8, H);
+        }
+    }
+    for sensor in SENSORS {
+        isolator.recalibrated(sensor, 1);
+    }
+    let [primary, secondary] = &isolator.evidence;
+    assert_eq!(secondary.gravity, primary.gravity);
+    assert_eq!(secondary.resting_rate, primary.resting_rate);
+    // A trim takes as much off the zero rate as off each reading.
+    let change = Vector3::new(2e-3, 0.0, 0.0);
+    isolator.trimmed(Sensor::Gyroscope, 1, &change, false);
+    assert_eq!(isolator.evidence[1].resting_rate, rates[0] - change);
+}
