@@ -148,6 +148,7 @@ def test_a_gyroscope_that_showed_bias_alone_has_bias_alone():
         ({"method": {"procedure": "multipose"}}, "are of different procedures, multipose and turntable"),
         ({"gyroscope": True}, "has no gyroscope, which others have"),
         ({"covariance": True}, "states no covariance of the accelerometer"),
+        ({"verdict": "model not met"}, "has the verdict 'model not met' .*: its errors are larger"),
     ],
 )
 def test_what_cannot_be_put_together_is_refused_in_one_line(change, message):

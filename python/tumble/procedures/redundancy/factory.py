@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from tumble.calibration.document import Calibration, TriadCalibration
+from tumble.calibration.doubts import unmet
 from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
@@ -44,6 +45,8 @@ def by_unit(factory: Factory, serials: Mapping[str, str]) -> dict[str, Calibrati
                 f"factory: {unit}: has serial {serials[unit]}, the calibration is of {calibration.serial}; "
                 "give that of the unit"
             )
+        for doubt in unmet(calibration):
+            raise ProcedureError(f"factory: {unit}: {doubt}; calibrate it again, or leave it out")
         named[unit] = calibration
     return named
 

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from tumble.calibration.document import Calibration, TriadCalibration
+from tumble.calibration.doubts import unmet
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.log_reading import read_otherwise
 from tumble.foundation.recording import FloatArray
@@ -113,6 +114,8 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
     for each, name in zip(calibrations, names, strict=True):
         for why in read_otherwise(each.log_reading, calibrations[0].log_reading, f"that of {names[0]}"):
             raise ProcedureError(f"its log {why}; give calibrations of logs read alike", about=name)
+        for doubt in unmet(each):
+            raise ProcedureError(f"{doubt}; calibrate again at that temperature, or leave it out", about=name)
         if each.temperature_drifts():
             raise ProcedureError(
                 "has a temperature drift already; give the calibrations that it was made of", about=name
