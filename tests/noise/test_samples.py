@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import tumble
 from log_fixtures import of_one_unit
 from tumble import _core
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.recording import Chunk, Recording
 from tumble.tools.simulate import simulate_static
 
@@ -99,6 +100,19 @@ def test_the_rate_is_that_of_the_clock_of_the_log():
     (chunk,) = record().chunks()
     slow = Recording.from_arrays("slow", 1.001 * chunk.time, chunk.accelerometer, chunk.gyroscope)
     assert tumble.noise(slow).rate == pytest.approx(RATE / 1.001)
+
+
+def test_samples_that_are_rare_at_rest_alone_are_refused():
+    """Each of their steps is longer than a gap of the log before."""
+    (chunk,) = record().chunks()
+    rare = slice(6000, None, 10)
+    turning = np.where(chunk.time < 60.0, np.sin(chunk.time), 0.0)[:, None]
+    rows = np.r_[np.arange(6000), np.arange(len(chunk))[rare]]
+    slow = Recording.from_arrays(
+        "slow", chunk.time[rows], chunk.accelerometer[rows], (chunk.gyroscope + turning)[rows]
+    )
+    with pytest.raises(TumbleError, match="its rate changes; split the log where it does"):
+        tumble.noise(slow)
 
 
 def test_a_record_with_one_triad_shows_that_triad():

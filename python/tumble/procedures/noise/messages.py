@@ -32,6 +32,10 @@ def not_identifiable(high: float, unit: str, needed: float | None) -> str:
 TOO_SHORT = (
     "not identifiable: what stands still without a gap is too short; let the unit lie for a minute at least"
 )
+NO_STEPS = (
+    "no two samples at rest follow each other as samples do elsewhere in the log: its rate changes; "
+    "split the log where it does"
+)
 NO_NOISE = "not identifiable: the channel is rounded to steps far coarser than its noise"
 
 

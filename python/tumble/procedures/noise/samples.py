@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.acquisition.standstills import standstills
+from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import Triad
+from tumble.procedures.noise import messages
 from tumble.procedures.noise.course import NoiseCourse
 from tumble.procedures.noise.result import StillPart
 
@@ -47,7 +49,12 @@ class StillSamples:
             self._watch.end_log()
 
     def finish(self) -> tuple[list[_core.NoiseFigures], StillPart]:
-        """Returns what the core found, and how much it was given."""
+        """Returns what the core found, and how much it was given.
+
+        Raises `ProcedureError` where no two samples at rest follow each other.
+        """
+        if not self._steps:
+            raise ProcedureError(messages.NO_STEPS)
         interval = self._interval
         found = self.record.conclude(interval)
         return found, StillPart(
