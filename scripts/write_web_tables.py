@@ -28,7 +28,7 @@ from tumble.foundation.firmware import px4 as px4_firmware
 from tumble.foundation.log_time import DATES
 from tumble.foundation.results import INTERVAL, LARGEST_ANGLE_OF_SENSORS, LARGEST_WIDENING, SCALES_OF_SENSORS
 from tumble.foundation.units import CALIBRATED_UNITS, CHANNELS, TRIADS
-from tumble.logs import checks, columns, csv, text, unit_evidence, units
+from tumble.logs import checks, columns, csv, stated_units, text, unit_evidence, units
 from tumble.logs.options import COUNTS
 from tumble.poses import triads
 from tumble.procedures.multipose import messages, procedure
@@ -98,7 +98,16 @@ def _units() -> dict[str, Any]:
     usual = ("IMU_RATE", "DURATION", "RATE_NOISE", "RATE_BIAS")
     return {
         "values": units.UNITS,
-        "spellings": units.SPELLINGS,
+        "spellings": {each: {**units.IN_WORDS[each], **found} for each, found in units.SPELLINGS.items()},
+        "signs": units.SIGNS,
+        "shownAtRest": units.SHOWN_AT_REST,
+        "epoch": units._EPOCH.pattern,
+        "noUnit": sorted(stated_units.NO_UNIT),
+        "noUnitOfTime": stated_units.NO_UNIT_OF_TIME,
+        "longUnitsOfTime": stated_units.LONG_UNITS_OF_TIME,
+        "descriptor": stated_units.DESCRIPTOR,
+        "countsStated": stated_units.COUNTS,
+        "likeAUnit": stated_units.LIKE_A_UNIT,
         "temperatureZero": units.TEMPERATURE_ZERO,
         "possibleTemperature": units.POSSIBLE_TEMPERATURE,
         "gravity": STANDARD_GRAVITY,

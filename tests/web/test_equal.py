@@ -88,6 +88,35 @@ def test_six_faces_give_the_same_file_to_the_byte():
     assert by_page["text"] == tumble.multipose(path, read=options, faces=True).calibration.text()
 
 
+HEAD = "time_us,ax [g],ay [g],az [g],gx [deg/s],gy [deg/s],gz [deg/s],temp"
+STATED = {
+    "ft/s^2": HEAD.replace("[g]", "[ft/s^2]"),
+    "a count": HEAD.replace("[g]", "[LSB]"),
+    "one axis": HEAD.replace("ay [g]", "ay (raw)"),
+    "gon/s": HEAD.replace("[deg/s]", "[gon/s]"),
+    "in parentheses": HEAD.replace("[deg/s]", "(0.1 deg/s)"),
+    "time": HEAD.replace("time_us", "time [100ns]"),
+    "temperature": HEAD.replace("temp", "temp [0.1 degC]"),
+    "°F": HEAD.replace("temp", "temp [degrees F]"),
+    "no unit": HEAD.replace(" [g]", " (IMU1)").replace("deg/s", "° s⁻¹"),
+    "cm/s^2": HEAD.replace("[g]", "[Gal]"),
+    "below the names": "time_us,ax,ay,az,gx,gy,gz,temp\nus,g,g,g,LSB,LSB,LSB,-",
+}
+"""Heads of logs that state a unit that is unknown, known, or none at all."""
+
+
+def test_logs_that_state_any_unit_give_the_same_file_or_refusal(tmp_path):
+    rows = session(np.random.default_rng(drawn_seed()), 0.0).split("\n", 1)[1]
+    paths = [tmp_path / f"log {number}.csv" for number in range(len(STATED))]
+    for path, head in zip(paths, STATED.values(), strict=True):
+        path.write_text(f"{head}\n{rows}", encoding="utf-8")
+    by_page = headless([{"files": [str(path)], "read": {}, "date": DATE} for path in paths])
+    for name, path, page in zip(STATED, paths, by_page, strict=True):
+        page.pop("exports", None)
+        assert page == by_command(path, {}), name
+    assert sum("which is no known unit of" in page.get("failure", "") for page in by_page) == 7
+
+
 def files_of(path: Path) -> list[str]:
     partner = path.with_name(path.name.replace("_acc", "_gyro"))
     return [str(path), *([str(partner)] if partner != path else [])]
@@ -171,6 +200,12 @@ ENDS = (
     ".x",
     " (m/s^2)",
     " [deg/s]",
+    " [Gal]",
+    " (0.1 degC)",
+    " (body)",
+    " [hh:mm]",
+    "[°·s⁻¹]",
+    " (min)",
     "_ms",
     "_us",
     "_CAL",
@@ -194,5 +229,6 @@ def test_names_of_columns_mean_the_same(parts):
             "axis": meant.axis,
             "imu": meant.imu,
             "unit": meant.unit,
+            "unknown": meant.unknown,
         }
-        assert (column and {"unit": None, **column}) == expected, name
+        assert (column and {"unit": None, "unknown": "", **column}) == expected, name

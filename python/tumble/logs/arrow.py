@@ -15,12 +15,24 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import LoggedImu, RawSamples, Transform, choose
+from tumble.logs.units_beside import KEYS, with_units_beside
 
 
 def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
     """Finds the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
-    return find_imus(_leaf_names(schema), path, options)
+    fields = _leaf_fields(schema)
+
+    def text(name: str) -> str:
+        stated = fields[name].metadata or {}
+        found = next((stated[key.encode()] for key in KEYS if key.encode() in stated), b"")
+        return found.decode("utf-8", "replace")
+
+    def holds_dates(name: str) -> bool:
+        return bool(pa.types.is_timestamp(fields[name].type))
+
+    imus = find_imus(list(fields), path, options)
+    return {name: with_units_beside(columns, text, holds_dates) for name, columns in imus.items()}
 
 
 def imu_in(
@@ -62,23 +74,22 @@ def imu_in(
         locate=lambda sample: f"row {sample + 1}",
         accelerometer_unit=columns.accelerometer_unit,
         gyroscope_unit=columns.gyroscope_unit,
-        time_unit=_time_unit(schema, columns),
+        time_unit=columns.time_unit,
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         triads=columns.triads,
         magnetometer=magnetometer_in(columns, whole),
-        columns=tuple(_leaf_names(schema)),
+        columns=tuple(_leaf_fields(schema)),
         alone=len(imus) == 1,
     )
 
 
-def _leaf_names(schema: pa.Schema) -> list[str]:
-    """Names of all columns; fields of a structure as `linear_acceleration.x`."""
+def _leaf_fields(schema: pa.Schema) -> dict[str, pa.Field]:
+    """All columns by name; fields of a structure as `linear_acceleration.x`."""
     table = schema.empty_table()
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    names: list[str] = table.column_names
-    return names
+    return {field.name: field for field in table.schema}
 
 
 def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
@@ -94,10 +105,3 @@ def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
         return as_floats(column)
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
         raise LogError(f"{path}: column {name} holds {column.type}, not numbers") from error
-
-
-def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
-    """Returns the unit of time: that of dates, which are read as ns, else the one in the column's name."""
-    if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
-        return StatedUnit("ns", COLUMN_TYPE)
-    return columns.time_unit

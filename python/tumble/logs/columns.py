@@ -15,6 +15,7 @@ from tumble.foundation.magnetic import MAGNETIC_CHANNELS, LoadUnit
 from tumble.foundation.numbers import whole_number
 from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
 from tumble.logs.options import ReadOptions
+from tumble.logs.stated_units import unit_in, unknown_unit
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose, joint_unit
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 from tumble.logs.unread_columns import columns_option, listed, option_for, triple_in
@@ -231,6 +232,8 @@ class Column:
     imu: str
     """Prefix that distinguishes IMUs of one table, as written; empty if there is none."""
     unit: str | None
+    unknown: str = ""
+    """Text that states a unit that is none of the quantity; empty where its name states none, or one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,6 +305,11 @@ _NAMES_TO_REMEMBER = 1024
 """Devices send the names of their columns again and again, when samples have no time to wait for them."""
 
 
+def _is_certain(name: str) -> bool:
+    """Returns whether what stands in the brackets behind a name is a unit: round ones may hold anything."""
+    return name.rstrip().endswith("]")
+
+
 def _bracketed(name: str) -> re.Match[str] | None:
     """Reads a name with brackets behind it; None where there are none, or the name is too long to be ours."""
     return _BRACKETS.match(name) if len(name) <= _LONGEST_NAME else None
@@ -325,20 +333,23 @@ def recognise(name: str) -> Column | None:
     stem, raw = (
         (state["stem"], "" if state["state"] == "CAL" else f" {state['state']}") if state else (stem, "")
     )
+
+    def column(quantity: Quantity, axis: int, match: re.Match[str]) -> Column:
+        text = bracket or match["unit"] or ""
+        unknown = unknown_unit(text, quantity, is_certain=_is_certain(name))
+        return Column(quantity, axis, _prefix(stem, match) + raw, find_unit(text, quantity), unknown)
+
     for quantity, spellings in _TRIADS.items():
         for spelling in spellings:
             if match := spelling.match(stem.lower()):
-                unit = find_unit(bracket or match["unit"] or "", quantity)
-                return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
+                return column(quantity, _AXIS[match["axis"]], match)
     for spelling in _MAGNETIC:
         if match := spelling.match(stem.lower()):
-            unit = find_unit(bracket or match["unit"] or "", "magnetometer")
-            return Column("magnetometer", _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
+            return column("magnetometer", _AXIS[match["axis"]], match)
     for quantity, spellings in _SCALARS.items():
         for spelling in spellings:
             if match := spelling.match(stem.lower()):
-                unit = find_unit(bracket or match["unit"] or "", quantity)
-                return Column(quantity, 0, _prefix(stem, match) + raw, unit)
+                return column(quantity, 0, match)
     return None
 
 
@@ -441,7 +452,7 @@ def _magnetic_columns(
     return MagneticColumns(
         found[name],
         joint_unit(
-            _stated_in(recognised.get(axis), "magnetometer")
+            _stated_in(axis, recognised.get(axis), "magnetometer")
             or (_unit_behind(axis, "magnetometer") if axis in stated.values() else None)
             for axis in found[name]
         ),
@@ -477,17 +488,20 @@ def _load(recognised: Mapping[str, Column | None], stated: Mapping[str, str]) ->
     return None, "A"
 
 
-def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
-    if column is None or column.unit is None or column.quantity != quantity:
+def _stated_in(name: str | None, column: Column | None, quantity: Quantity) -> StatedUnit | None:
+    if name is None or column is None or column.quantity != quantity:
         return None
-    return StatedUnit(column.unit, COLUMN_NAME)
+    if column.unit is not None:
+        return StatedUnit(column.unit, COLUMN_NAME)
+    return StatedUnit("", COLUMN_NAME, unknown=column.unknown, column=name) if column.unknown else None
 
 
 def _unit_behind(name: str | None, quantity: Quantity) -> StatedUnit | None:
     """Returns the unit in brackets behind the name of a column that a user states to be of a quantity."""
     bracketed = _bracketed(_seen(name)) if name else None
-    unit = find_unit(bracketed["unit"], quantity) if bracketed else None
-    return StatedUnit(unit, COLUMN_NAME) if unit else None
+    if name is None or bracketed is None:
+        return None
+    return unit_in(bracketed["unit"], quantity, name, is_certain=_is_certain(name))
 
 
 def _time_stated_in(name: str | None) -> StatedUnit | None:
@@ -506,7 +520,7 @@ def _magnetometer_alone(
         None,
         None,
         time,
-        time_unit=columns.time_unit or _stated_in(recognised.get(time or ""), "time"),
+        time_unit=columns.time_unit or _stated_in(time, recognised.get(time or ""), "time"),
         magnetometer=replace(columns, time=None, time_unit=None),
     )
 
@@ -710,7 +724,7 @@ def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuCo
     temperature = pick("temperature", "temperature", shared=True)
 
     def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
-        known = _stated_in(index.columns.get(name) if name else None, quantity)
+        known = _stated_in(name, index.columns.get(name) if name else None, quantity)
         return known or (_unit_behind(name, quantity) if name in stated.values() else None)
 
     return ImuColumns(

@@ -16,6 +16,7 @@ from tumble.foundation.recording import FloatArray, ResolvedUnit
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
+from tumble.logs.stated_units import is_counts
 from tumble.logs.track import WRITTEN, RawSamples, StatedUnit
 from tumble.logs.triads import change_axes, gathered, largest_each, whole
 from tumble.logs.unit_evidence import IMU_RATE, MAGNETOMETER_RATE, StillReadings, Usual, rest_in
@@ -30,6 +31,7 @@ from tumble.logs.units import (
     guess_range,
     guess_time_unit,
     in_celsius,
+    is_gravity,
     is_imu_step,
     peak,
     possible_temperature,
@@ -274,13 +276,22 @@ def counts_per_axis(value: AxisValues, name: str) -> FloatArray:
 
 
 def stated_unit(
-    source: str, quantity: Quantity, found: StatedUnit | None, option: str | None
+    source: str,
+    quantity: Quantity,
+    found: StatedUnit | None,
+    option: str | None,
+    scale: AxisValues | None = None,
 ) -> StatedUnit | None:
     """Returns the statement of the user, else that of the log; None where neither states a unit.
 
-    Raises `LogError` where the user names no unit of that quantity, or columns of the log state several.
+    Raises `LogError` where the user names no unit of that quantity, columns of the log state several, or one
+    states a unit that is unknown and the user gives neither a unit nor a `scale`.
     """
     if option is None:
+        if found is not None and found.unknown:
+            if scale is None:
+                raise LogError(f"{source}: {unknown_said(quantity, found)}")
+            return None
         if found is not None and found.others:
             units = ", ".join((found.name, *found.others))
             raise LogError(
@@ -292,8 +303,24 @@ def stated_unit(
     if name is None:
         known = ", ".join(UNITS[quantity])
         raise LogError(f"--{quantity}-unit {option}: not a unit of {quantity}; known: {known}")
-    contradicted = found is not None and found.name != name
-    return StatedUnit(name, f"option, log says {found.name}" if found and contradicted else "option")
+    said = (found.name or found.unknown) if found else name
+    return StatedUnit(name, "option" if said == name else f"option, log says {said}")
+
+
+def unknown_said(quantity: Quantity, found: StatedUnit) -> str:
+    """Names the column and the text that state an unknown unit, and the options that state a known one."""
+    known = ", ".join(UNITS[quantity])
+    unit = f"--{quantity}-unit ({known})"
+    scale = f"--{quantity}-scale (counts per unit)"
+    if quantity == "temperature":
+        remedy = f"it is not used; state {unit}, or convert the column"
+    elif quantity == "time":
+        remedy = f"state {unit} or --rate, or convert the column"
+    elif is_counts(found.unknown):
+        remedy = f"give {scale} and {unit}"
+    else:
+        remedy = f"state {unit}, or {scale}"
+    return f"column {found.column} states {found.unknown}, which is no known unit of {quantity}: {remedy}"
 
 
 def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[ResolvedUnit, FloatArray]:
@@ -314,7 +341,15 @@ def _with_counts(
 def _accelerometer(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, *, alone: bool
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = stated_unit(track.source, "accelerometer", track.accelerometer_unit, options.accelerometer_unit)
+    if options.as_numbers and options.channel is None and options.accelerometer_unit is None:
+        return AS_NUMBERS, np.ones(3)
+    stated = stated_unit(
+        track.source,
+        "accelerometer",
+        track.accelerometer_unit,
+        options.accelerometer_unit,
+        options.accelerometer_scale,
+    )
     if options.channel is not None:
         return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
     if options.as_numbers:
@@ -331,7 +366,7 @@ def _accelerometer(
         if likely is None:
             raise LogError(_no_accelerometer_unit(track, head, norm))
         stated = StatedUnit(likely, f"norm at rest is {norm:.4g}")
-    elif likely not in (None, stated.name):
+    elif likely is not None and not is_gravity(norm, stated.name):
         raise LogError(
             f"{track.source}: accelerometer is stated in {stated.name} ({stated.reason}) but reads "
             f"{norm:.4g} at rest, as it would in {likely}; read it with --accelerometer-unit {likely}"
@@ -384,8 +419,10 @@ def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str
 
 def _temperature(track: Stating, options: ReadOptions, head: RawSamples) -> tuple[str, str, str]:
     """Returns the unit of temperatures, why they are left out, and a remark; both are empty as a rule."""
-    stated = stated_unit(track.source, "temperature", track.temperature_unit, options.temperature_unit)
-    values = head.temperature
+    values, found = head.temperature, track.temperature_unit
+    if found is not None and found.unknown and options.temperature_unit is None:
+        return "degC", "" if values is None else unknown_said("temperature", found), ""
+    stated = stated_unit(track.source, "temperature", found, options.temperature_unit)
     name = stated.name if stated else "degC"
     if values is None or options.temperature_unit is not None or possible_temperature(values, name):
         return name, "", ""
@@ -413,7 +450,11 @@ def _interval(head: RawSamples, unit: ResolvedUnit, rate: float | None) -> float
 def _gyroscope(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray, rest: StillReadings | None
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = stated_unit(track.source, "gyroscope", track.gyroscope_unit, options.gyroscope_unit)
+    if options.as_numbers and options.channel is None and options.gyroscope_unit is None:
+        return AS_NUMBERS, np.ones(3)
+    stated = stated_unit(
+        track.source, "gyroscope", track.gyroscope_unit, options.gyroscope_unit, options.gyroscope_scale
+    )
     if options.channel is not None:
         return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
     if options.as_numbers:
@@ -462,10 +503,11 @@ def _refuse_contradicted_rate(track: Stating, stated: StatedUnit, likely: str, r
 def _time(
     track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad], samples: int | None
 ) -> ResolvedUnit:
-    stated = stated_unit(track.source, "time", track.time_unit, options.time_unit)
     rate = options.rate or track.rate
     if options.rate is not None or head.time is None:
+        stated_unit(track.source, "time", None, options.time_unit)
         return ResolvedUnit("s", 1.0, f"sample number over {rate:g} Hz" if rate else "sample number")
+    stated = stated_unit(track.source, "time", track.time_unit, options.time_unit)
     if stated is None:
         return _guessed_time(track, head.time, IMU_RATE if triads else MAGNETOMETER_RATE, samples)
     return ResolvedUnit(stated.name, UNITS["time"][stated.name], stated.reason)

@@ -21,6 +21,7 @@ from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.stored_array import BLOCK, StoredArray
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
+from tumble.logs.units_beside import KEYS
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
@@ -31,7 +32,6 @@ from tumble.logs.variables import (
 )
 
 _REMEDY = "copy it again, or repair it with h5clear and h5repack"
-_UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 _SERIALS = ("serial", "serial_number", "Serial", "SerialNumber")
 
 
@@ -67,7 +67,7 @@ def _opened(path: Path) -> VariablesFile:
 
 
 def _variable(path: Path, file: Any, name: str, dataset: Any) -> Variable:  # noqa: ANN401
-    pieces, unit = _pieces(path, name, dataset), _text(dataset.attrs, _UNITS)
+    pieces, unit = _pieces(path, name, dataset), _text(dataset.attrs, KEYS)
     columns = _columns_beside(file, name, dataset)
     packing = _packing(name, dataset)
     if packing is None:

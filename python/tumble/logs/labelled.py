@@ -243,7 +243,10 @@ def _labels(text: str) -> list[str]:
             whole = _ROTATION.sub("gyroscope", whole)
         for word in words[position + 1 :][:1]:
             whole = whole.removeprefix(word.strip()) if _unit(word.strip()) and position else whole
-        names.append(f"{whole} [{unit}]" if unit else whole)
+        named = f"{whole} [{unit}]"
+        # The next word, and the last one of a line, may be the unit of something else.
+        is_own = unit and not ((column := recognise(named)) and column.unknown)
+        names.append(named if is_own else whole)
     return names
 
 

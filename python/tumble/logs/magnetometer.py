@@ -109,7 +109,7 @@ def magnetic_track(
     raw = magnetometer.read()
     unit, scale = field_scale(source, magnetometer.unit, options)
     remarks = [*magnetometer.notices]
-    time = _times(raw, magnetometer, options, rate, time_scale, remarks)
+    time = _times(source, raw, magnetometer, options, rate, time_scale, remarks)
     field = (raw.field * scale) @ case_from_log(options.axes).T
     kept = _sound(time, raw.field, field, remarks)
     if magnetometer.row_wise:
@@ -140,7 +140,7 @@ def field_scale(source: str, found: StatedUnit | None, options: ReadOptions) -> 
     `found` is what the log states. Raises `LogError` where an option names no unit of the magnetic field, or
     columns of the log state several.
     """
-    stated = stated_unit(source, "magnetometer", found, options.magnetometer_unit)
+    stated = stated_unit(source, "magnetometer", found, options.magnetometer_unit, options.magnetometer_scale)
     unit = stated or StatedUnit(MICROTESLA, ASSUMED)
     scale = np.full(3, UNITS["magnetometer"][unit.name])
     if options.magnetometer_scale is None:
@@ -150,6 +150,7 @@ def field_scale(source: str, found: StatedUnit | None, options: ReadOptions) -> 
 
 
 def _times(
+    source: str,
     raw: RawMagnetic,
     magnetometer: LoggedMagnetometer,
     options: ReadOptions,
@@ -162,7 +163,10 @@ def _times(
         if rate is None:
             remarks.append(_COUNTED)
         return np.arange(len(raw.field)) / (rate or 1.0)
-    scale = UNITS["time"][magnetometer.time_unit.name] if magnetometer.time_unit else time_scale
+    own = magnetometer.time_unit
+    if own is not None and own.unknown:
+        own = stated_unit(source, "time", own, options.time_unit)
+    scale = UNITS["time"][own.name] if own else time_scale
     # Division by 1e9 rounds once where multiplication by 1e-9 would round twice.
     return raw.time / round(1.0 / scale) if scale != 1.0 else raw.time
 

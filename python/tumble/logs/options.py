@@ -35,7 +35,7 @@ class ReadOptions:
     """Column for each of `time ax ay az gx gy gz mx my mz temperature current throttle`: its name, or its
     position from 1."""
     accelerometer_unit: str | None = None
-    """Unit of the accelerometer: `m/s^2`, `g`, `mg`."""
+    """Unit of the accelerometer: `m/s^2`, `g`, `mg`, `cm/s^2`."""
     gyroscope_unit: str | None = None
     """Unit of the gyroscope: `rad/s`, `deg/s`, `mrad/s`, `mdeg/s`, `rpm`."""
     time_unit: str | None = None

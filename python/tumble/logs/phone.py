@@ -14,9 +14,9 @@ from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
+from tumble.logs.stated_units import unit_in
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.track import (
-    COLUMN_NAME,
     DOCUMENTED,
     LoggedImu,
     LoggedMagnetometer,
@@ -24,7 +24,7 @@ from tumble.logs.track import (
     choose,
     joint_unit,
 )
-from tumble.logs.units import Quantity, find_unit
+from tumble.logs.units import Quantity
 
 _PAIRS = (
     ("TotalAcceleration.csv", "Gyroscope.csv"),
@@ -102,8 +102,9 @@ def _stated(file: TriadFile, quantity: Quantity) -> StatedUnit | None:
     time, *axes = file.columns
     of_time = quantity == "time"
     matches = ((_TIME if of_time else _AXIS).fullmatch(name) for name in ([time] if of_time else axes))
-    units = (find_unit(match["unit"] or "", quantity) for match in matches if match)
-    return joint_unit(StatedUnit(unit, COLUMN_NAME) for unit in units if unit)
+    return joint_unit(
+        unit_in(match["unit"] or "", quantity, match[0], is_certain=False) for match in matches if match
+    )
 
 
 def _triad(file: Path, options: ReadOptions) -> TriadFile:

@@ -16,10 +16,11 @@ from tumble.foundation.regular_files import open_regular
 from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
+from tumble.logs.stated_units import unit_in
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.text_file import open_text
-from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose, joint_unit
-from tumble.logs.units import Quantity, find_unit
+from tumble.logs.track import DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose, joint_unit
+from tumble.logs.units import Quantity
 from tumble.logs.unread_columns import listed
 
 _HEADERS_BYTES = 1 << 16
@@ -239,8 +240,7 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
         return None
 
     def stated(name: str, quantity: Quantity) -> StatedUnit | None:
-        found = find_unit(_unit_in(name), quantity)
-        return StatedUnit(found, COLUMN_NAME) if found else None
+        return unit_in(_unit_in(name), quantity, name, is_certain=False)
 
     def unit(columns: Sequence[str], quantity: Quantity) -> StatedUnit | None:
         documented = StatedUnit(program.units[quantity], DOCUMENTED) if quantity in program.units else None

@@ -74,16 +74,23 @@ class StatedUnit:
     """`DEFINED`, `DOCUMENTED` ..., or words of the one format where it stands in another place."""
     others: tuple[str, ...] = ()
     """Units that columns of the same sensor state as well, and that contradict it."""
+    unknown: str = ""
+    """Text that states it, where it is none that is known: then `name` is empty."""
+    column: str = ""
+    """Column that states an unknown unit."""
 
 
 def joint_unit(units: Iterable[StatedUnit | None]) -> StatedUnit | None:
     """Returns the unit that any column of a sensor states, with others that contradict it; None without one.
 
-    A head may state the unit behind the last axis alone.
+    A head may state the unit behind the last axis alone. A unit that is unknown goes before those that are
+    known: the column that states it is in none of these.
     """
     stated = [unit for unit in units if unit is not None]
     if not stated:
         return None
+    if unknown := next((unit for unit in stated if unit.unknown), None):
+        return unknown
     names = dict.fromkeys(unit.name for unit in stated)
     return replace(stated[0], others=tuple(name for name in names if name != stated[0].name))
 

@@ -31,7 +31,7 @@ from tumble.logs.unit_evidence import (
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature", "magnetometer"]
 
 UNITS: Mapping[Quantity, Mapping[str, float]] = {
-    "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
+    "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01},
     "gyroscope": {
         "rad/s": 1.0,
         "deg/s": math.pi / 180.0,
@@ -44,6 +44,9 @@ UNITS: Mapping[Quantity, Mapping[str, float]] = {
     "magnetometer": FIELD_UNITS,
 }
 """SI value of one unit (of a difference, for temperature); microtesla for a magnetometer."""
+
+SHOWN_AT_REST = ("m/s^2", "g", "mg")
+"""Units that a resting accelerometer shows: cm/s^2, in which it reads nearly as in mg, has to be stated."""
 
 TEMPERATURE_ZERO: Mapping[str, float] = {"degC": 0.0, "K": 273.15, "degF": 32.0}
 """Reading of each unit at 0 degC."""
@@ -75,6 +78,11 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
         "gee": "g",
         "mg": "mg",
         "milli_g": "mg",
+        "cm/s^2": "cm/s^2",
+        "cm/s2": "cm/s^2",
+        "cm_s2": "cm/s^2",
+        "cm_s^2": "cm/s^2",
+        "gal": "cm/s^2",
     },
     "gyroscope": {
         "rad/s": "rad/s",
@@ -157,6 +165,65 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
     },
 }
 
+IN_WORDS: Mapping[Quantity, Mapping[str, str]] = {
+    "accelerometer": {
+        **dict.fromkeys(("m/(s^2)", "m/sec/sec", "m/second^2", "m.s^-2", "m*s-2", "m/s/s", "ms^2"), "m/s^2"),
+        **dict.fromkeys(("meter/s^2", "meters/s^2", "metre/s^2", "metres/s^2"), "m/s^2"),
+        **dict.fromkeys(("meter/second^2", "meters/second^2", "meters/sec^2", "mpersecsquared"), "m/s^2"),
+        **dict.fromkeys(("g's", "gees", "gn", "g_n", "gravity", "gravities", "standardgravity"), "g"),
+        **dict.fromkeys(("millig", "milli-g", "mgs", "mgee"), "mg"),
+        **dict.fromkeys(("cm/s/s", "cm/sec^2", "cms2", "cms-2", "cms^-2", "cm/(s^2)", "gals"), "cm/s^2"),
+    },
+    "gyroscope": {
+        **dict.fromkeys(("rad/second", "radian/s", "radians/s", "radian/sec", "radians/sec"), "rad/s"),
+        **dict.fromkeys(("radian/second", "radians/second", "radianpersecond", "radianspersecond"), "rad/s"),
+        **dict.fromkeys(("rads-1", "rad*s-1", "rad.s-1", "rad.s^-1", "radians-1", "radianss-1"), "rad/s"),
+        **dict.fromkeys(("deg/second", "degree/s", "degrees/s", "degree/sec", "degrees/sec"), "deg/s"),
+        **dict.fromkeys(("degree/second", "degrees/second", "degreepersecond", "degreespersecond"), "deg/s"),
+        **dict.fromkeys(("degs-1", "degs^-1", "deg*s-1", "deg*s^-1", "deg.s-1", "deg.s^-1"), "deg/s"),
+        **dict.fromkeys(("degrees-1", "degreess-1", "degreess^-1"), "deg/s"),
+        **dict.fromkeys(("°s-1", "°s^-1", "°/sec", "°/second", "°ps"), "deg/s"),
+        **dict.fromkeys(("mrad/sec", "mrads-1", "mrads^-1"), "mrad/s"),
+        **dict.fromkeys(("mdeg/sec", "m°/s", "mdegs-1", "mdegs^-1"), "mdeg/s"),
+    },
+    "time": {
+        **dict.fromkeys(("msecs", "millisec", "millisecs", "millisecond"), "ms"),
+        **dict.fromkeys(("usecs", "microsec", "microsecs", "microsecond"), "us"),
+        **dict.fromkeys(("nsecs", "nanosecs", "nanosecond"), "ns"),
+    },
+    "temperature": {
+        **dict.fromkeys(("degreec", "degreesc", "deg.c", "degcelsius", "degreecelsius"), "degC"),
+        **dict.fromkeys(("degreescelsius", "°celsius", "centigrade", "degcentigrade", "°"), "degC"),
+        **dict.fromkeys(("kelvins", "degk", "°k"), "K"),
+        **dict.fromkeys(("degreef", "degreesf", "deg.f", "degfahrenheit", "degreefahrenheit"), "degF"),
+        **dict.fromkeys(("degreesfahrenheit", "°fahrenheit"), "degF"),
+    },
+    "magnetometer": {
+        **dict.fromkeys(("microteslas", "micro-tesla"), "uT"),
+        **dict.fromkeys(("nanoteslas", "nano-tesla"), "nT"),
+        "teslas": "T",
+        "milli-gauss": "mG",
+    },
+}
+"""Spellings that stand in brackets and in attributes, but in no name of a column."""
+SIGNS: Mapping[str, str] = {
+    "⁻²": "^-2",
+    "⁻¹": "^-1",
+    "²": "^2",
+    "**": "^",
+    "µ": "u",
+    "μ": "u",
+    "º": "°",
+    "˚": "°",
+    "℃": "°c",
+    "℉": "°f",
+    "·": "",
+    "⋅": "",
+}
+"""Signs for which a spelling has others, in this order."""
+_EPOCH = re.compile(r"\s+since\s.*")
+"""Moment from which a unit of time counts, behind it, as conventions of climate data write it."""
+
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time with another rate is in another unit, or no time."""
 
@@ -184,8 +251,13 @@ _LARGEST_BIAS_DEG_PER_S = 100.0
 
 def find_unit(text: str, quantity: Quantity) -> str | None:
     """Returns the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
-    plain = text.strip().lower().replace("²", "^2").replace("**", "^").replace("µ", "u").replace("μ", "u")
-    return SPELLINGS[quantity].get(re.sub(r"\s+", "", plain))
+    plain = text.strip().lower()
+    for sign, other in SIGNS.items():
+        plain = plain.replace(sign, other)
+    if quantity == "time":
+        plain = _EPOCH.sub("", plain)
+    plain = re.sub(r"\s+", "", plain)
+    return SPELLINGS[quantity].get(plain) or IN_WORDS[quantity].get(plain)
 
 
 def credible(readings: FloatArray) -> FloatArray:
@@ -246,10 +318,12 @@ def _pieces(vectors: FloatArray) -> FloatArray:
 
 def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
     """Returns the unit in which a resting accelerometer reads that length, None if no unit fits."""
-    for name, scale in UNITS["accelerometer"].items():
-        if 0.75 <= norm_at_rest * scale / STANDARD_GRAVITY <= 1.3:
-            return name
-    return None
+    return next((name for name in SHOWN_AT_REST if is_gravity(norm_at_rest, name)), None)
+
+
+def is_gravity(norm_at_rest: float, unit: str) -> bool:
+    """Returns whether a resting accelerometer may read that length in a unit."""
+    return 0.75 <= norm_at_rest * UNITS["accelerometer"][unit] / STANDARD_GRAVITY <= 1.3
 
 
 def guess_range(norm_at_rest: float) -> float | None:

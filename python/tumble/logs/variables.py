@@ -8,7 +8,7 @@ theirs.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import join, quoted
 from tumble.logs.ahead import ahead
-from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus, recognise
+from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.magnetometer import magnetometer_in
@@ -28,17 +28,14 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.text import PLAIN_NAMES
 from tumble.logs.track import (
     CHUNK_SAMPLES,
-    COLUMN_TYPE,
     LoggedImu,
     LoggedMagnetometer,
     RawSamples,
-    StatedUnit,
     Transform,
     choose,
-    joint_unit,
 )
 from tumble.logs.triads import gather
-from tumble.logs.units import Quantity, find_unit
+from tumble.logs.units_beside import with_units_beside
 
 MOST_VARIABLES = 10_000
 """Largest number of variables in one file; more is no log."""
@@ -285,41 +282,8 @@ def _plain_columns(variable: Variable, prefix: str) -> Iterator[tuple[str, _Plac
 
 def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> ImuColumns:
     """Returns the variables with the units that the file states beside their names."""
-
-    def attribute(column: str, quantity: Quantity) -> StatedUnit | None:
-        unit = find_unit(places[column].variable.unit, quantity)
-        return None if unit is None else StatedUnit(unit, "attribute")
-
-    def stated(
-        names: Sequence[str] | None, quantity: Quantity, so_far: StatedUnit | None
-    ) -> StatedUnit | None:
-        if names and quantity == "time" and places[names[0]].holds_dates:
-            return StatedUnit("ns", COLUMN_TYPE)
-        return joint_unit([*(attribute(name, quantity) for name in names or ()), so_far])
-
-    def alone(name: str | None) -> Sequence[str] | None:
-        return None if name is None else [name]
-
-    return replace(
-        columns,
-        accelerometer_unit=stated(columns.accelerometer, "accelerometer", columns.accelerometer_unit),
-        gyroscope_unit=stated(columns.gyroscope, "gyroscope", columns.gyroscope_unit),
-        time_unit=stated(alone(columns.time), "time", columns.time_unit),
-        temperature_unit=stated(alone(columns.temperature), "temperature", columns.temperature_unit),
-        magnetometer=_with_stated_unit(columns.magnetometer, stated),
-    )
-
-
-def _with_stated_unit(
-    columns: MagneticColumns | None,
-    stated: Callable[[Sequence[str] | None, Quantity, StatedUnit | None], StatedUnit | None],
-) -> MagneticColumns | None:
-    if columns is None:
-        return None
-    return replace(
-        columns,
-        unit=stated(columns.axes, "magnetometer", columns.unit),
-        time_unit=stated(None if columns.time is None else [columns.time], "time", columns.time_unit),
+    return with_units_beside(
+        columns, lambda name: places[name].variable.unit, lambda name: places[name].holds_dates
     )
 
 

@@ -3,15 +3,10 @@
 import tables from 'tables';
 import { Failure } from '../failure';
 import { listed } from '../printed';
-import { findUnit, type Quantity } from './units';
+import { pattern } from './pattern';
+import { findUnit, unknownUnit, type Quantity } from './units';
 
 const table = tables.columns;
-
-/** A pattern of the tables, which are written for Python. */
-export function pattern(text: string): RegExp {
-  const ignoresCase = text.startsWith('(?i)');
-  return new RegExp(`^(?:${text.replace('(?i)', '').replaceAll('(?P<', '(?<')})$`, ignoresCase ? 'i' : '');
-}
 
 interface Spelling {
   words: string[];
@@ -41,6 +36,8 @@ export interface Column {
   axis: number;
   imu: string;
   unit: string | undefined;
+  /** Text that states a unit that is none of the quantity. */
+  unknown?: string;
 }
 
 const IGNORED = new RegExp(`${table.ignored}|\\p{Cf}`, 'gu');
@@ -69,10 +66,16 @@ export function recognise(written: string): Column | undefined {
     if (!found) continue;
     const axes: Record<string, number> = table.axis;
     const axis = found.groups!.axis === undefined ? 0 : axes[found.groups!.axis];
-    const unit = findUnit(bracket || found.groups!.unit || '', quantity);
-    return { quantity, axis, imu: prefix(stem, found) + raw, unit };
+    const text = bracket || found.groups!.unit || '';
+    const unknown = unknownUnit(text, quantity, isCertain(name));
+    return { quantity, axis, imu: prefix(stem, found) + raw, unit: findUnit(text, quantity), unknown };
   }
   return undefined;
+}
+
+/** Returns whether what stands in the brackets behind a name is a unit: round ones may hold anything. */
+function isCertain(name: string): boolean {
+  return name.trimEnd().endsWith(']');
 }
 
 function described(bracket: string): string {
@@ -111,6 +114,14 @@ export interface ImuColumns {
   units: Partial<Record<Quantity, string>>;
   /** Units that columns of the same sensor state as well. */
   others: Partial<Record<Quantity, string[]>>;
+  /** Units that are stated and unknown, and the columns that state them. */
+  unknown: Partial<Record<Quantity, UnknownUnit>>;
+}
+
+/** A text that stands where a unit stands, and names none that is known. */
+export interface UnknownUnit {
+  column: string;
+  text: string;
 }
 
 /** Says that columns have to be named, and which there are. */
@@ -180,7 +191,12 @@ function imuColumns(
     ['accelerometer', force], ['gyroscope', rate], ['time', [time]], ['temperature', [temperature]],
   ];
   const others: Partial<Record<Quantity, string[]>> = {};
+  const unknown: ImuColumns['unknown'] = {};
   for (const [quantity, names] of named) {
+    for (const column of names) {
+      const text = column && unknownOf(column, quantity, recognised, Object.values(stated));
+      if (text) unknown[quantity] ??= { column, text };
+    }
     const found = names.map((name) => name && unitOf(name, quantity, recognised, Object.values(stated)));
     // A head may state the unit behind the last axis alone.
     const [unit, ...rest] = new Set(found.filter(Boolean) as string[]);
@@ -194,6 +210,7 @@ function imuColumns(
     temperature,
     units,
     others,
+    unknown,
   };
 }
 
@@ -204,6 +221,13 @@ function unitOf(name: string, quantity: Quantity, recognised: Recognised, stated
   return bracketed ? findUnit(bracketed.groups!.unit, quantity) : undefined;
 }
 
+function unknownOf(name: string, quantity: Quantity, recognised: Recognised, stated: string[]): string | undefined {
+  const column = recognised.get(name);
+  if (column?.quantity === quantity && (column.unit || column.unknown)) return column.unknown;
+  const bracketed = stated.includes(name) ? BRACKETS.exec(seen(name)) : null;
+  return bracketed ? unknownUnit(bracketed.groups!.unit, quantity, isCertain(name)) : undefined;
+}
+
 /** Pairs each accelerometer with the gyroscope whose name begins as its own does, or with the only one. */
 function withSharedGyroscope(imus: Map<string, ImuColumns>): Map<string, ImuColumns> {
   const gyroscopes = [...imus].filter(([, imu]) => !imu.accelerometer);
@@ -212,9 +236,10 @@ function withSharedGyroscope(imus: Map<string, ImuColumns>): Map<string, ImuColu
     const related = gyroscopes.filter(([other]) => name.startsWith(other)).sort((a, b) => b[0].length - a[0].length);
     const partner = related[0] ?? gyroscopes[0];
     if (!partner || (!related.length && gyroscopes.length > 1)) return imus;
-    const { gyroscope, time, units, others } = partner[1];
+    const { gyroscope, time, units, others, unknown } = partner[1];
     pairs.set(name, {
       ...imu, gyroscope, time: imu.time ?? time, units: { ...units, ...imu.units }, others: { ...others, ...imu.others },
+      unknown: { ...unknown, ...imu.unknown },
     });
   }
   if (pairs.size === 1) return new Map([['', [...pairs.values()][0]]]);

@@ -3,7 +3,7 @@
 import tables from 'tables';
 import { Failure } from '../failure';
 import { countOf, general } from '../printed';
-import type { Channel, ImuColumns } from './columns';
+import type { Channel, ImuColumns, UnknownUnit } from './columns';
 import * as units from './units';
 import type { Quantity, ResolvedUnit, Rows } from './units';
 
@@ -43,6 +43,7 @@ export interface Stating {
   file: string;
   units: ImuColumns['units'];
   others: ImuColumns['others'];
+  unknown: ImuColumns['unknown'];
   rate: number | undefined;
   /** Rows that are expected, by the size of the file. */
   expected: number;
@@ -114,9 +115,19 @@ function resolved(quantity: Quantity, name: string, reason: string): ResolvedUni
   return { name, scale, reason, doubt: '', perAxis: [scale, scale, scale] };
 }
 
-function statedUnit(quantity: Quantity, log: Stating, option: string | undefined): { name: string; reason: string } | undefined {
-  const found = log.units[quantity];
+function statedUnit(
+  quantity: Quantity,
+  log: Stating,
+  option: string | undefined,
+  scale?: AxisValues,
+): { name: string; reason: string } | undefined {
+  const unknown = log.unknown[quantity];
+  const found = unknown?.text ?? log.units[quantity];
   if (option === undefined || option === '') {
+    if (unknown) {
+      if (scale === undefined) throw new Failure(`${log.file}: ${unknownSaid(quantity, unknown)}`);
+      return undefined;
+    }
     const others = log.others[quantity];
     if (found !== undefined && others) {
       throw new Failure(
@@ -129,6 +140,17 @@ function statedUnit(quantity: Quantity, log: Stating, option: string | undefined
   return { name: option, reason: found !== undefined && found !== option ? `option, log says ${found}` : 'option' };
 }
 
+/** Names the column and the text that state an unknown unit, and the options that state a known one. */
+function unknownSaid(quantity: Quantity, found: UnknownUnit): string {
+  const unit = `--${quantity}-unit (${Object.keys(table.values[quantity]).join(', ')})`;
+  const scale = `--${quantity}-scale (counts per unit)`;
+  let remedy = `state ${unit}, or ${scale}`;
+  if (quantity === 'temperature') remedy = `it is not used; state ${unit}, or convert the column`;
+  else if (quantity === 'time') remedy = `state ${unit} or --rate, or convert the column`;
+  else if (units.statesCounts(found.text)) remedy = `give ${scale} and ${unit}`;
+  return `column ${found.column} states ${found.text}, which is no known unit of ${quantity}: ${remedy}`;
+}
+
 function withCounts(quantity: Quantity, name: string | undefined, counts: AxisValues): ResolvedUnit & { perAxis: number[] } {
   const unit = name ?? Object.keys(table.values[quantity])[0];
   const scale = perAxis(counts).map((each) => units.valueOf(quantity, unit) / each);
@@ -138,7 +160,7 @@ function withCounts(quantity: Quantity, name: string | undefined, counts: AxisVa
 function accelerometerUnit(log: Stating, options: ReadOptions, head: RawSamples, zero: number[]): ResolvedUnit & { perAxis: number[] } {
   if (!head.force) throw new Failure(`${log.file}: holds no accelerometer, without which nothing shows which way is up`);
   if (options.raw) return AS_NUMBERS;
-  const stated = statedUnit('accelerometer', log, options.accelerometerUnit);
+  const stated = statedUnit('accelerometer', log, options.accelerometerUnit, options.accelerometerScale);
   if (options.accelerometerScale !== undefined) {
     const unit = withCounts('accelerometer', stated?.name, options.accelerometerScale);
     checkCounts(log, units.restNorm(converted(head.force, zero, unit.perAxis)));
@@ -150,7 +172,7 @@ function accelerometerUnit(log: Stating, options: ReadOptions, head: RawSamples,
     if (likely === undefined) throw new Failure(noAccelerometerUnit(log, head.force, norm));
     return resolved('accelerometer', likely, `norm at rest is ${general(norm, 4)}`);
   }
-  if (likely !== undefined && likely !== stated.name) {
+  if (likely !== undefined && !units.isGravity(norm, stated.name)) {
     throw new Failure(
       `${log.file}: accelerometer is stated in ${stated.name} (${stated.reason}) but reads ${general(norm, 4)} at rest, ` +
         `as it would in ${likely}; read it with --accelerometer-unit ${likely}`,
@@ -193,7 +215,7 @@ function gyroscopeUnit(
   rest: units.StillReadings | undefined,
 ): ResolvedUnit & { perAxis: number[] } {
   if (options.raw) return AS_NUMBERS;
-  const stated = statedUnit('gyroscope', log, options.gyroscopeUnit);
+  const stated = statedUnit('gyroscope', log, options.gyroscopeUnit, options.gyroscopeScale);
   if (options.gyroscopeScale !== undefined) return withCounts('gyroscope', stated?.name, options.gyroscopeScale);
   const readings = converted(head, zero, [1, 1, 1]);
   if (stated === undefined) {
@@ -252,6 +274,8 @@ function guessedTime(log: Stating, time: Float64Array): ResolvedUnit {
 function temperatureUnit(log: Stating, values: Float64Array | undefined): Conversion['temperature'] {
   const stated = log.units.temperature;
   const name = stated ?? 'degC';
+  const unknown = values && log.unknown.temperature;
+  if (unknown) return { name, isUsed: false, remark: unknownSaid('temperature', unknown) };
   if (values === undefined || units.possibleTemperature(values, name)) return { name, isUsed: true, remark: '' };
   const finite = values.filter(Number.isFinite);
   const seen = `temperature reads ${general(Math.min(...finite))} to ${general(Math.max(...finite))}`;

@@ -51,7 +51,7 @@ interface Track {
   raw: RawSamples;
   lines: Uint32Array;
   badLines: string[];
-  columns: Pick<ImuColumns, 'units' | 'others'>;
+  columns: Pick<ImuColumns, 'units' | 'others' | 'unknown'>;
   rate: number | undefined;
   head: number;
   expected: number;
@@ -165,7 +165,11 @@ function openTable(file: LogFile, options: ReadOptions): Track {
     },
     lines: columns.lines,
     badLines: columns.badLines,
-    columns: { units: { ...written, ...imu.units, ...(isDate ? { time: 'ns' } : {}) }, others: imu.others },
+    columns: {
+      units: { ...written, ...imu.units, ...(isDate ? { time: 'ns' } : {}) },
+      others: imu.others,
+      unknown: { ...imu.unknown, ...(isDate ? { time: undefined } : {}) },
+    },
     rate: imu.time === undefined ? statedRate(layout) : undefined,
     ...blocks(log, layout, columns.lines.length),
     notices: layout.notices,
@@ -246,7 +250,7 @@ function openPair(files: readonly LogFile[], options: ReadOptions): Track {
     raw: { time: rate.time, force: force.rows, rate: rate.rows, temperature: undefined },
     lines: rate.lines,
     badLines: [],
-    columns: { units: {}, others: {} },
+    columns: { units: {}, others: {}, unknown: {} },
     rate: undefined,
     head: Math.min(force.head, rate.head),
     expected: rate.expected,

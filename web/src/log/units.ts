@@ -2,6 +2,7 @@
 
 import tables from 'tables';
 import { mean, median, norm, quantile, type Triple } from '../statistics';
+import { pattern } from './pattern';
 
 const table = tables.units;
 
@@ -27,12 +28,43 @@ export type Rows = Float64Array;
 export const ASSUMED = 'assumed';
 export const AT_REST = 'bias and noise at rest';
 
+const EPOCH = new RegExp(table.epoch);
+
 /** Returns the unit that a piece of text names, in our spelling; nothing where it names none. */
 export function findUnit(text: string, quantity: Quantity): string | undefined {
-  const plain = text.trim().toLowerCase().replaceAll('²', '^2').replaceAll('**', '^').replaceAll(/[µμ]/g, 'u');
+  let plain = text.trim().toLowerCase();
+  for (const [sign, other] of Object.entries(table.signs)) plain = plain.replaceAll(sign, other);
+  if (quantity === 'time') plain = plain.replace(EPOCH, '');
   const spellings: Record<string, string> = table.spellings[quantity];
   const name = plain.replaceAll(/\s+/g, '');
   return Object.hasOwn(spellings, name) ? spellings[name] : undefined;
+}
+
+const NO_UNIT = new Set<string>(table.noUnit);
+const NO_UNIT_OF_TIME = pattern(table.noUnitOfTime);
+const DESCRIPTOR = pattern(table.descriptor);
+const COUNTS = pattern(table.countsStated);
+const LIKE_A_UNIT = pattern(table.likeAUnit);
+
+/**
+ * Returns a text where a unit stands that names none that is known; nothing where it states no unit.
+ *
+ * It is certain that a unit stands in square brackets. Anything may stand in parentheses.
+ */
+export function unknownUnit(text: string, quantity: Quantity, isCertain: boolean): string | undefined {
+  const plain = text.trim().split(/\s+/).join(' ');
+  const lower = plain.toLowerCase();
+  if (findUnit(plain, quantity) !== undefined || NO_UNIT.has(lower) || DESCRIPTOR.test(lower)) return undefined;
+  if (quantity === 'time') {
+    if (NO_UNIT_OF_TIME.test(lower)) return undefined;
+    if (table.longUnitsOfTime.includes(lower)) return plain;
+  }
+  return isCertain || statesCounts(plain) || LIKE_A_UNIT.test(lower) ? plain : undefined;
+}
+
+/** Returns whether a text states counts of a scale that is not known. */
+export function statesCounts(text: string): boolean {
+  return COUNTS.test(text.toLowerCase());
 }
 
 export function valueOf(quantity: Quantity, unit: string): number {
@@ -108,10 +140,13 @@ export function smallestNorm(rows: Rows): number {
 
 /** Returns the unit in which a resting accelerometer reads that length; nothing where none fits. */
 export function guessAccelerometerUnit(normAtRest: number): string | undefined {
-  return Object.entries(table.values.accelerometer).find(([, scale]) => {
-    const ratio = (normAtRest * scale) / table.gravity;
-    return ratio >= 0.75 && ratio <= 1.3;
-  })?.[0];
+  return table.shownAtRest.find((name) => isGravity(normAtRest, name));
+}
+
+/** Returns whether a resting accelerometer may read that length in a unit. */
+export function isGravity(normAtRest: number, unit: string): boolean {
+  const ratio = (normAtRest * valueOf('accelerometer', unit)) / table.gravity;
+  return ratio >= 0.75 && ratio <= 1.3;
 }
 
 /** Returns the range, g, of a sensor of 16 bits that reads so many counts at rest. */
