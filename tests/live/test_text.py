@@ -120,6 +120,13 @@ def test_columns_that_are_no_imu_are_refused_with_what_was_found():
     assert "no column for gx, gy, gz; columns found: time, ax, ay, az" in refusal([data])
 
 
+def test_an_unknown_unit_is_refused_unless_another_is_stated():
+    header = HEADER.replace("gx", "gx [gon/s]")
+    assert "column gx [gon/s] states gon/s, which is no known unit" in refusal([text_lines(TABLE, header)])
+    found = samples_of(scripted([text_lines(TABLE, header)], gyroscope_unit="rad/s"))
+    assert np.array_equal(found, TABLE)
+
+
 def test_raw_counts_need_their_scale():
     counts = TABLE.copy()
     counts[:, 1:4] *= 16384 / 9.80665

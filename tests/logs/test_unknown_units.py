@@ -247,6 +247,24 @@ def test_a_column_that_the_user_names_states_its_unit_too(tmp_path):
         open_recording(path, named_so)
 
 
+@pytest.mark.parametrize("text", ["g", "rad/s", "0.1 dps", "mG", "Gal", "16384 LSB", "raw", "m s-2"])
+def test_parentheses_state_a_unit_where_their_text_is_like_one(tmp_path, text):
+    path = tmp_path / "log.csv"
+    csv_in_parentheses(path, dict.fromkeys(OF["gyroscope"], text))
+    if text == "rad/s":
+        np.testing.assert_allclose(read(path).gyroscope, RATE, rtol=1e-12)
+    else:
+        assert f"column gx ({text}) states {text}, " in refused(lambda: open_recording(path))
+
+
+def test_a_sensor_in_parentheses_leaves_the_unit_of_the_name(tmp_path):
+    path = tmp_path / "log.csv"
+    rates = {f"{name}_dps (IMU1)": np.degrees(COLUMNS[name]) for name in OF["gyroscope"]}
+    others = {name: values for name, values in COLUMNS.items() if name not in OF["gyroscope"]}
+    pd.DataFrame(others | rates).to_csv(path, index=False)
+    np.testing.assert_allclose(read(path).gyroscope, RATE, rtol=1e-9)
+
+
 def test_one_unknown_axis_is_refused_beside_known_ones(tmp_path):
     path = tmp_path / "log.csv"
     csv(path, {"ax": "m/s^2", "ay": "m/s^2", "az": "LSB"})

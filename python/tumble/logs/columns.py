@@ -335,9 +335,11 @@ def recognise(name: str) -> Column | None:
     )
 
     def column(quantity: Quantity, axis: int, match: re.Match[str]) -> Column:
-        text = bracket or match["unit"] or ""
-        unknown = unknown_unit(text, quantity, is_certain=_is_certain(name))
-        return Column(quantity, axis, _prefix(stem, match) + raw, find_unit(text, quantity), unknown)
+        unknown = unknown_unit(bracket or "", quantity, is_certain=_is_certain(name))
+        # Brackets that state no unit leave that of the name: `gx_dps (IMU1)`.
+        in_name = None if unknown else find_unit(match["unit"] or "", quantity)
+        unit = find_unit(bracket or "", quantity) or in_name
+        return Column(quantity, axis, _prefix(stem, match) + raw, unit, unknown)
 
     for quantity, spellings in _TRIADS.items():
         for spelling in spellings:

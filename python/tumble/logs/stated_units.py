@@ -41,7 +41,7 @@ DESCRIPTOR = r"x[0-9a-f]{4}"
 COUNTS = r"(?:.*[^a-z])?(?:lsbs?|counts?|raw|digits?|adc|adu|ticks?|bits?)(?:[^a-z].*)?"
 """Texts, in lower case, that state counts of a scale that is not known."""
 LIKE_A_UNIT = (
-    r".*[/^%°²³⁻].*|[\d.]+(?:e[+-]?\d+)?[ *]*g|(?:.*[^a-z])?(?:[mµuμn]?gal|gon|grad|degrees?|deg[cfk]?"
+    r".*[/^%°²³⁻].*|(?:[\d.]+(?:e[+-]?\d+)?[ *]*)?g|(?:.*[^a-z])?(?:[mµuμn]?gal|gon|grad|degrees?|deg[cfk]?"
     r"|radians?|m?rad|dph|dpm|rph|rpm|rps|m?dps|mdeg|arcsec|arcmin|oersted|oe|[munµμ]?tesla|[munµμk]?gauss"
     r"|[munµμ]t|[munµμ]g|milli_?g|mv|volts?|feet|ft|celsius|fahrenheit|kelvin|rankine"
     r"|[cmdk]?m[ .·*]?s\^?-\d|m[ _]?s\^?2|[munµμ]?secs?|[munµμ]?seconds?|[munµμ]s|minutes?|hours?|days?"

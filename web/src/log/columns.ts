@@ -66,9 +66,11 @@ export function recognise(written: string): Column | undefined {
     if (!found) continue;
     const axes: Record<string, number> = table.axis;
     const axis = found.groups!.axis === undefined ? 0 : axes[found.groups!.axis];
-    const text = bracket || found.groups!.unit || '';
-    const unknown = unknownUnit(text, quantity, isCertain(name));
-    return { quantity, axis, imu: prefix(stem, found) + raw, unit: findUnit(text, quantity), unknown };
+    const unknown = unknownUnit(bracket ?? '', quantity, isCertain(name));
+    // Brackets that state no unit leave that of the name: `gx_dps (IMU1)`.
+    const inName = unknown ? undefined : findUnit(found.groups!.unit ?? '', quantity);
+    const unit = findUnit(bracket ?? '', quantity) ?? inName;
+    return { quantity, axis, imu: prefix(stem, found) + raw, unit, unknown };
   }
   return undefined;
 }
