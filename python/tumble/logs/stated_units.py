@@ -36,6 +36,8 @@ NO_UNIT_OF_TIME = (
 )
 """Clocks, zones and forms of dates, which stand behind the names of times."""
 LONG_UNITS_OF_TIME = ("min", "h", "hr", "hrs", "d")
+LONGEST = 60
+"""Letters of a text that may state a unit; a longer one describes something."""
 DESCRIPTOR = r"x[0-9a-f]{4}"
 """Any descriptor of a MIP field."""
 COUNTS = r"(?:.*[^a-z])?(?:lsbs?|counts?|raw|digits?|adc|adu|ticks?|bits?)(?:[^a-z].*)?"
@@ -58,6 +60,8 @@ def unknown_unit(text: str, quantity: Quantity, *, is_certain: bool = True) -> s
     """
     plain = " ".join(text.split())
     lower = plain.lower()
+    if len(plain) > LONGEST:
+        return ""
     if find_unit(plain, quantity) is not None or lower in NO_UNIT or re.fullmatch(DESCRIPTOR, lower):
         return ""
     if quantity == "time":

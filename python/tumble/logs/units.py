@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -221,8 +220,8 @@ SIGNS: Mapping[str, str] = {
     "⋅": "",
 }
 """Signs for which a spelling has others, in this order."""
-_EPOCH = re.compile(r"\s+since\s.*")
-"""Moment from which a unit of time counts, behind it, as conventions of climate data write it."""
+SINCE = " since "
+"""Word before the moment from which a unit of time counts, as conventions of climate data write it."""
 
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time with another rate is in another unit, or no time."""
@@ -251,12 +250,12 @@ _LARGEST_BIAS_DEG_PER_S = 100.0
 
 def find_unit(text: str, quantity: Quantity) -> str | None:
     """Returns the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
-    plain = text.strip().lower()
+    plain = " ".join(text.lower().split())
     for sign, other in SIGNS.items():
         plain = plain.replace(sign, other)
     if quantity == "time":
-        plain = _EPOCH.sub("", plain)
-    plain = re.sub(r"\s+", "", plain)
+        plain = plain.partition(SINCE)[0]
+    plain = plain.replace(" ", "")
     return SPELLINGS[quantity].get(plain) or IN_WORDS[quantity].get(plain)
 
 

@@ -28,15 +28,13 @@ export type Rows = Float64Array;
 export const ASSUMED = 'assumed';
 export const AT_REST = 'bias and noise at rest';
 
-const EPOCH = new RegExp(table.epoch);
-
 /** Returns the unit that a piece of text names, in our spelling; nothing where it names none. */
 export function findUnit(text: string, quantity: Quantity): string | undefined {
-  let plain = text.trim().toLowerCase();
+  let plain = text.trim().toLowerCase().split(/\s+/).join(' ');
   for (const [sign, other] of Object.entries(table.signs)) plain = plain.replaceAll(sign, other);
-  if (quantity === 'time') plain = plain.replace(EPOCH, '');
+  if (quantity === 'time') [plain] = plain.split(table.since);
   const spellings: Record<string, string> = table.spellings[quantity];
-  const name = plain.replaceAll(/\s+/g, '');
+  const name = plain.replaceAll(' ', '');
   return Object.hasOwn(spellings, name) ? spellings[name] : undefined;
 }
 
@@ -54,6 +52,7 @@ const LIKE_A_UNIT = pattern(table.likeAUnit);
 export function unknownUnit(text: string, quantity: Quantity, isCertain: boolean): string | undefined {
   const plain = text.trim().split(/\s+/).join(' ');
   const lower = plain.toLowerCase();
+  if (plain.length > table.longestUnit) return undefined;
   if (findUnit(plain, quantity) !== undefined || NO_UNIT.has(lower) || DESCRIPTOR.test(lower)) return undefined;
   if (quantity === 'time') {
     if (NO_UNIT_OF_TIME.test(lower)) return undefined;
