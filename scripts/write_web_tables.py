@@ -28,7 +28,7 @@ from tumble.foundation.firmware import px4 as px4_firmware
 from tumble.foundation.log_time import DATES
 from tumble.foundation.results import INTERVAL, LARGEST_ANGLE_OF_SENSORS, LARGEST_WIDENING, SCALES_OF_SENSORS
 from tumble.foundation.units import CALIBRATED_UNITS, CHANNELS, TRIADS
-from tumble.logs import checks, columns, csv, stated_units, text, unit_evidence, units
+from tumble.logs import checks, columns, csv, row_labels, stated_units, text, unit_evidence, units
 from tumble.logs.options import COUNTS
 from tumble.poses import triads
 from tumble.procedures.multipose import messages, procedure
@@ -43,6 +43,7 @@ def tables() -> dict[str, Any]:
     """Returns all tables by the part of a reader, or of a procedure, that uses them."""
     return {
         "columns": _columns(),
+        "labels": _labels(),
         "text": _text(),
         "units": _units(),
         "checks": _checks(),
@@ -75,6 +76,18 @@ def _columns() -> dict[str, Any]:
         "descriptors": columns._DESCRIPTORS,
         "degrees": columns._DEGREES,
         "longestName": columns._LONGEST_NAME,
+    }
+
+
+def _labels() -> dict[str, Any]:
+    return {
+        "names": row_labels._SPELLED,
+        "most": row_labels.MOST_LABELS,
+        "mostWords": row_labels._MOST_WORDS,
+        "few": row_labels._FEW,
+        "whole": row_labels._WHOLE.pattern,
+        "fraction": row_labels._FRACTION.pattern,
+        "none": row_labels._NONE,
     }
 
 

@@ -150,6 +150,23 @@ def test_drawn_sessions_give_the_same_file_to_the_byte(tmp_path, late, failing):
     assert by_page == by_command(path, {})
 
 
+def test_rows_with_labels_of_imus_are_read_as_by_the_command(tmp_path):
+    rng = np.random.default_rng(drawn_seed())
+    path = tmp_path / "two.csv"
+    (head, *first), (_, *second) = (session(rng, 0.0).splitlines() for _ in range(2))
+    turns = [
+        f"{label},{row}" for rows in zip(first, second, strict=True) for label, row in enumerate(rows, 7)
+    ]
+    path.write_text("\n".join([f"sensor_id,{head}", *turns, ""]), encoding="utf-8")
+    reads = ({}, {"imu": "7"}, {"imu": "8"})
+    refused, *found = headless([{"files": [str(path)], "read": read, "date": DATE} for read in reads])
+    assert "column sensor_id distinguishes 2 IMUs" in refused["failure"]
+    assert refused == by_command(path, {})
+    for by_page, read in zip(found, reads[1:], strict=True):
+        by_command_too = tumble.multipose(path, read=ReadOptions(topic=read["imu"]))
+        assert by_page["text"] == by_command_too.calibration.text()
+
+
 def session(rng, late: float) -> str:
     """Returns a log of twelve orientations, turned in between; stamps are late by up to so many seconds."""
     rate, rows, time = 100.0, ["time_us,ax [g],ay [g],az [g],gx [deg/s],gy [deg/s],gz [deg/s],temp"], 0.0

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from tumble.live.address import Address
-from tumble.logs.columns import UNIT_NAMES
 from tumble.logs.options import ReadOptions
+from tumble.logs.row_labels import MOST_LABELS, label_names
 from tumble.logs.text import names_delimiter, numbers_delimiter, split_line
 from tumble.logs.track import none_such, several
 
@@ -19,8 +19,6 @@ LabelRow: TypeAlias = str | dict[str, Any]
 FOR_ALL = None
 """Label of what is for every unit, as names of columns are."""
 UNLABELLED = ""
-MOST_LABELS = 64
-"""Words taken for names of units at most: a corrupted word may read as any."""
 ROWS_TO_HEAR = 20
 """Rows with labels after which it is decided which units there are."""
 ROWS_WITHOUT_LABEL = 5
@@ -102,7 +100,7 @@ class LabelReader:
         assert self._column is not None, "asked only where there is one"
         fields = split_line(text, self._delimiter)
         label = fields[self._column] if len(fields) > self._column else ""
-        return None if not label or label.lower() in UNIT_NAMES else label
+        return None if not label or label_names((label,)) else label
 
     def _is_prefix(self, label: str, between: str, row: str) -> bool:
         if label in self._prefixes:
@@ -121,8 +119,8 @@ class LabelReader:
         delimiter = names_delimiter(body, self._options)
         if delimiter is None:
             return False
-        names = [name.lower() for name in split_line(body, delimiter)]
-        columns = [names.index(name) for name in UNIT_NAMES if name in names]
+        names = split_line(body, delimiter)
+        columns = [names.index(name) for name in label_names(tuple(names))]
         self._column, self._delimiter = columns[0] if columns else None, delimiter
         return True
 
@@ -141,8 +139,8 @@ def _objects(text: str, label: str) -> list[LabelledRow]:
 
 
 def _label_in(value: dict[str, Any]) -> str:
-    for name in UNIT_NAMES:
-        label = value.get(name)
+    for name in label_names(tuple(value)):
+        label = value[name]
         if isinstance(label, str) and label:
             return label
         if isinstance(label, float) and label.is_integer():

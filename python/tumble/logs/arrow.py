@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
@@ -15,12 +16,27 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import LoggedImu, RawSamples, Transform, choose
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    labels_for,
+    of_label,
+)
+from tumble.logs.track import LoggedImu, RawSamples, Transform
 from tumble.logs.units_beside import KEYS, with_units_beside
 
+Batches: TypeAlias = Callable[[Sequence[str]], Iterator[pa.RecordBatch]]
 
-def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
-    """Finds the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
+
+def imus_in(path: Path, schema: pa.Schema, options: ReadOptions, batches: Batches) -> dict[str, NamedImu]:
+    """Finds the IMUs, by the prefix of columns and the label of rows; raises `LogError` without any."""
+    return _named(schema, _by_prefix(path, schema, options), options, batches)
+
+
+def _by_prefix(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
     fields = _leaf_fields(schema)
 
     def text(name: str) -> str:
@@ -35,21 +51,44 @@ def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, Im
     return {name: with_units_beside(columns, text, holds_dates) for name, columns in imus.items()}
 
 
+def _named(
+    schema: pa.Schema, imus: Mapping[str, ImuColumns], options: ReadOptions, batches: Batches
+) -> dict[str, NamedImu]:
+    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
+        for name in labels_for(columns, list(_leaf_fields(schema)), options.columns.values()):
+            column = LabelColumn(name)
+            for batch in batches([name]):
+                _add_labels(column, _flat(batch).column(name))
+                if not column.is_open:
+                    break
+            yield column
+
+    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+
+
+def _add_labels(column: LabelColumn, values: pa.ChunkedArray) -> None:
+    for chunk in values.chunks:
+        coded = chunk if pa.types.is_dictionary(chunk.type) else chunk.dictionary_encode()
+        places = np.nan_to_num(as_floats(coded.indices), nan=-1.0).astype(np.intp)
+        column.add(coded.dictionary.to_pylist(), places)
+
+
 def imu_in(
     path: Path,
     schema: pa.Schema,
     imu: str | None,
     options: ReadOptions,
     format_: str,
-    batches: Callable[[Sequence[str]], Iterator[pa.RecordBatch]],
+    batches: Batches,
 ) -> LoggedImu:
     """Finds one IMU of a table, which `batches` starts a fresh pass over, with those columns at least.
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
-    imus = imus_in(path, schema, options)
-    name = choose(path, tuple(imus), imu, "column prefix")
-    columns = imus[name]
+    imus = _by_prefix(path, schema, options)
+    named = _named(schema, imus, options, batches)
+    name = choose_named(path, named, imu, "column prefix")
+    columns = imus[named[name].prefix]
 
     def read(transform: Transform) -> Iterator[RawSamples]:
         for batch in batches(columns.names):
@@ -65,7 +104,7 @@ def imu_in(
         leaves = [_leaves(path, batch, names) for batch in batches(names)]
         return {name: np.concatenate([np.empty(0), *(each[name] for each in leaves)]) for name in names}
 
-    return LoggedImu(
+    found = LoggedImu(
         path=path,
         imu=name,
         format=format_,
@@ -82,6 +121,7 @@ def imu_in(
         columns=tuple(_leaf_fields(schema)),
         alone=len(imus) == 1,
     )
+    return of_label(found, named[name], name)
 
 
 def _leaf_fields(schema: pa.Schema) -> dict[str, pa.Field]:
@@ -94,10 +134,15 @@ def _leaf_fields(schema: pa.Schema) -> dict[str, pa.Field]:
 
 def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
     """Returns the numbers in these columns; raises `LogError` where one holds something else."""
+    table = _flat(batch)
+    return {name: _numbers(path, name, table.column(name)) for name in names}
+
+
+def _flat(batch: pa.RecordBatch) -> pa.Table:
     table = pa.Table.from_batches([batch])
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    return {name: _numbers(path, name, table.column(name)) for name in names}
+    return table
 
 
 def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:

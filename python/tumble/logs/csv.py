@@ -24,6 +24,15 @@ from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    labels_for,
+    of_label,
+)
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import (
@@ -61,8 +70,9 @@ def _workers_of(process: int) -> ThreadPoolExecutor:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Returns the column prefixes of a text table."""
-    return tuple(find_imus(find_layout(path, options).names, path, options))
+    """Returns the column prefixes of a text table, and the labels of rows."""
+    layout = find_layout(path, options)
+    return tuple(_named(path, layout, find_imus(layout.names, path, options), options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -72,10 +82,27 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """
     layout = find_layout(path, options)
     imus = find_imus(layout.names, path, options)
-    name = choose_imu(path, imus, imu)
-    found = imu_of_table(path, layout, imus[name], options)
+    named = _named(path, layout, imus, options)
+    labelled = any(each.labels for each in named.values())
+    name = choose_named(path, named, imu, "IMU") if labelled else choose_imu(path, imus, imu)
+    found = imu_of_table(path, layout, imus[named[name].prefix], options)
     unread = unread_accelerometers(layout.names, options.columns, imus)
-    return replace(found, imu=name, alone=len(imus) == 1, notices=(*found.notices, *unread))
+    found = replace(found, imu=name, alone=len(imus) == 1, notices=(*found.notices, *unread))
+    return of_label(found, named[name], name)
+
+
+def _named(
+    path: Path, layout: TextLayout, imus: Mapping[str, ImuColumns], options: ReadOptions
+) -> dict[str, NamedImu]:
+    """Returns the IMUs of a table; a column of labels is read with those of the IMU, and as they are."""
+
+    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
+        for name in labels_for(columns, layout.names, options.columns.values()):
+            read = columns.names if columns.triads else columns.magnetic_names
+            table = TextTable(path, layout, [*read, name], skip_bad_lines=options.skip_bad_lines, text=name)
+            yield table.labels()
+
+    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
 
 
 def imu_of_table(
@@ -188,12 +215,22 @@ class TextTable:
     """
 
     def __init__(
-        self, path: Path, layout: TextLayout, names: Sequence[str], *, skip_bad_lines: bool | None = None
+        self,
+        path: Path,
+        layout: TextLayout,
+        names: Sequence[str],
+        *,
+        skip_bad_lines: bool | None = None,
+        text: str | None = None,
     ) -> None:
+        """Reads the columns `names`, one of which may hold text: see `labels`."""
         self._path = path
         self._layout = layout
         self._names = list(names)
         self._skip_bad_lines = skip_bad_lines
+        self._text = text
+        self._words: list[str] = []
+        self._places: dict[str, int] = {}
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
         self._head: CsvRows | None = None
         """First block until the end of a pass: a log is opened and looked at before, and may be one block."""
@@ -223,6 +260,17 @@ class TextTable:
         return {
             name: np.concatenate([np.empty(0), *(block[name] for block in blocks)]) for name in self._names
         }
+
+    def labels(self) -> LabelColumn:
+        """Returns the words in the column of text, up to where it is no column of labels."""
+        assert self._text is not None, "asked only of a table with one"
+        found = LabelColumn(self._text)
+        for block in self._blocks():
+            codes = self._parse(block).columns[self._text]
+            found.add(self._words, np.nan_to_num(codes, nan=-1.0).astype(np.intp))
+            if not found.is_open:
+                break
+        return found
 
     def head(self) -> CsvRows:
         """Parses the first block."""
@@ -314,9 +362,26 @@ class TextTable:
             ),
         }
         table = pa.csv.read_csv(pa.BufferReader(data), **options)
-        return {name: as_floats(table.column(name)) for name in self._names}
+        return {
+            name: self._coded(table.column(name)) if name == self._text else as_floats(table.column(name))
+            for name in self._names
+        }
+
+    def _coded(self, column: pa.ChunkedArray) -> FloatArray:
+        """Returns the place of each word among all that the table holds; NaN where there is none."""
+        column = column.combine_chunks().dictionary_encode()
+        column = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
+        words = column.dictionary.to_pylist()
+        for word in words:
+            if word not in self._places:
+                self._places[word] = len(self._words)
+                self._words.append(word)
+        codes = np.array([*(self._places[word] for word in words), -1.0])
+        return codes[np.nan_to_num(as_floats(column.indices), nan=-1.0).astype(np.intp)]
 
     def _type(self, name: str) -> pa.DataType:
+        if name == self._text:
+            return pa.string()
         field = self._layout.first_field(name)
         if not is_time_stamp(field):
             return pa.float64()
@@ -341,6 +406,8 @@ class TextTable:
                 return f"breaks off after {len(fields)} of {wanted} fields: the file is cut short"
             return f"has {count_of('field', len(fields))} where {wanted} columns are named{_odd_byte(line)}"
         for name in self._names if fields else ():
+            if name == self._text:
+                continue
             position = self._layout.names.index(name)
             text = fields[position]
             if not self._reads(position, text):

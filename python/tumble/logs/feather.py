@@ -25,9 +25,10 @@ _REMEDY = "copy it again, or write it again"
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Returns the column prefixes of a Feather table."""
+    """Returns the column prefixes of a Feather table, and the labels of rows."""
     with _opened(path) as file:
-        return tuple(imus_in(path, file.schema, options))
+        schema = file.schema
+    return tuple(imus_in(path, schema, options, partial(_batches, path)))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:

@@ -25,6 +25,15 @@ from tumble.logs.columns import ImuColumns, choose_imu, find_imus, recognise
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    labels_for,
+    of_label,
+)
 from tumble.logs.text import LOG, PLAIN_NAMES, names_delimiter, names_for
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform
@@ -80,7 +89,8 @@ def _has_words(head: bytes) -> bool:
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Returns the names of the IMUs."""
-    return tuple(find_imus(_layout(path, options).names, path, options))
+    layout = _layout(path, options)
+    return tuple(_named(path, layout, find_imus(layout.names, path, options), options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -90,8 +100,10 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """
     layout = _layout(path, options)
     imus = find_imus(layout.names, path, options)
-    name = choose_imu(path, imus, imu)
-    columns = imus[name]
+    named = _named(path, layout, imus, options)
+    labelled = any(each.labels for each in named.values())
+    name = choose_named(path, named, imu, "IMU") if labelled else choose_imu(path, imus, imu)
+    columns = imus[named[name].prefix]
     if columns.time is None and layout.has_clock:
         columns = replace(columns, time=_TIME, time_unit=StatedUnit("s", "time of the monitor"))
     size = text_size(path)
@@ -110,7 +122,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
             raise LogError(f"{path}: holds no samples")
         return found[0]
 
-    return LoggedImu(
+    found_imu = LoggedImu(
         path=path,
         imu=name,
         format="labelled",
@@ -129,6 +141,22 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         expected=None if size is None else int(size / layout.line_bytes / len(layout.kinds)),
         notices=layout.notices,
     )
+    return of_label(found_imu, named[name], name)
+
+
+def _named(
+    path: Path, layout: _Layout, imus: Mapping[str, ImuColumns], options: ReadOptions
+) -> dict[str, NamedImu]:
+    """Returns the IMUs of a log, by the prefix of labels and by a number that names the IMU of a sample."""
+
+    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
+        for name in labels_for(columns, layout.names, options.columns.values()):
+            column = LabelColumn(name)
+            for table in _tables(path, layout):
+                column.add_numbers(table.columns[name])
+            yield column
+
+    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
 
 
 def _layout(path: Path, options: ReadOptions) -> _Layout:

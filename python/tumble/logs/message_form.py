@@ -63,6 +63,14 @@ class MessageForm(Protocol):
         """Returns the name of the frame that a message is in; empty where it states none."""
         ...
 
+    @property
+    def words(self) -> Sequence[str]:
+        """Returns the names of fields that hold a number or a text."""
+
+    def read_words(self, messages: Sequence[bytes], name: str) -> Sequence[object]:
+        """Returns what a field holds, None where it is not there."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Stamps:
@@ -106,8 +114,12 @@ def is_triad(name: str) -> bool:
 class ObjectForm:
     """Messages that a library makes objects of, with their fields as attributes."""
 
-    def __init__(self, names: Sequence[str], parse: Callable[[bytes], Any]) -> None:
+    def __init__(
+        self, names: Sequence[str], parse: Callable[[bytes], Any], texts: Sequence[str] = ()
+    ) -> None:
+        """Makes objects with `parse`, which have numbers under `names` and `texts`."""
         self.names: Sequence[str] = tuple(names)
+        self.words: Sequence[str] = (*self.names, *texts)
         self.dates: frozenset[str] = frozenset()
         self._parse = parse
 
@@ -131,6 +143,11 @@ class ObjectForm:
             except (IndexError, TypeError, ValueError):
                 raise MalformedMessageError(0, f"holds no number {name}") from None
         return found
+
+    def read_words(self, messages: Sequence[bytes], name: str) -> Sequence[object]:
+        """Reads a field of numbers or text."""
+        get = attrgetter(name)
+        return [get(each) for each in self._objects(messages)]
 
     def frame(self, message: bytes) -> str:
         """Returns `header.frame_id`, or `frame_id`."""
@@ -157,6 +174,7 @@ class JsonForm:
         found = _json(first, 0)
         self.names: Sequence[str] = tuple(islice(_json_names(found, "", 0), MOST_NAMES))
         self.dates = frozenset(name for name in self.names if "T" in str(_at(found, name)))
+        self.words: Sequence[str] = tuple(islice(_json_words(found, "", 0), MOST_NAMES))
 
     def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
         """Reads fields by their names; date and time becomes nanoseconds since 1970."""
@@ -180,6 +198,17 @@ class JsonForm:
                     self._first_without(objects, members), f"holds no number {members[0]}"
                 ) from None
         return found
+
+    def read_words(self, messages: Sequence[bytes], name: str) -> Sequence[object]:
+        """Reads a field of numbers or text."""
+        words = []
+        for each in self._objects(messages):
+            try:
+                word = _at(each, name)
+            except (KeyError, TypeError, IndexError, ValueError):
+                word = None
+            words.append(word if isinstance(word, str | int | float) else None)
+        return words
 
     def frame(self, message: bytes) -> str:
         """Returns `header.frame_id`, or `frame_id`."""
@@ -235,6 +264,15 @@ def _json_names(value: Any, name: str, depth: int) -> Iterator[str]:  # noqa: AN
             _numbers([value])
         except ValueError:
             return
+        yield name
+
+
+def _json_words(value: Any, name: str, depth: int) -> Iterator[str]:  # noqa: ANN401
+    """Names of all numbers and texts that stand in no list."""
+    if isinstance(value, dict) and depth <= DEEPEST:
+        for key, inner in value.items():
+            yield from _json_words(inner, f"{name}.{key}" if name else key, depth + 1)
+    elif isinstance(value, str | int | float):
         yield name
 
 

@@ -15,6 +15,7 @@ from tumble.foundation.units import TRIADS
 from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus
 from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
 from tumble.logs.rosmsg import Encoding, decode, frame_of, frames_of, seconds
+from tumble.logs.row_labels import labels_for
 from tumble.logs.track import DATE_AND_TIME, DEFINED, RawMagnetic, RawSamples, StatedUnit, stack
 
 _HEADER, _STAMP = "header", "stamp"
@@ -109,6 +110,9 @@ class FieldImu:
     outer_time: str | None = None
     """Stamp of the message that an embedded one stands in; some drivers set that alone."""
 
+    labels: tuple[str, ...] = ()
+    """Fields that may name the IMU of a message, the surest first."""
+
     def by_outer_time(self) -> FieldImu:
         """Returns the same with the stamp of the message around it."""
         return replace(self, columns=replace(self.columns, time=self.outer_time))
@@ -201,8 +205,19 @@ def _field_imus(form: MessageForm, names: Sequence[str], what: str) -> dict[str,
         imus = find_imus(list(plain), Path(what))
     except LogError:
         return {}
+    words = {_without_header(name): name for name in form.words}
     return {
-        prefix: _field_imus_units(FieldImu(form, _renamed(imu, plain), stamps.parts, ROS_UNITS, what), imu)
+        prefix: _field_imus_units(
+            FieldImu(
+                form,
+                _renamed(imu, plain),
+                stamps.parts,
+                ROS_UNITS,
+                what,
+                labels=tuple(words[name] for name in labels_for(imu, words)),
+            ),
+            imu,
+        )
         for prefix, imu in imus.items()
         if imu.triads == TRIADS
     }

@@ -50,11 +50,19 @@ def _form_of(definition: Definition) -> tuple[MessageForm, tuple[str, ...]]:
     store.register(types)
     read = store.deserialize_ros1 if definition.encoding == "ros1" else store.deserialize_cdr
     imus: list[str] = []
-    names = list(islice(_ros_names(store.fielddefs, name, "", 0, imus), MOST_NAMES))
-    return ObjectForm(names, lambda message: read(message, name)), tuple(imus)
+    texts: list[str] = []
+    names = list(islice(_ros_names(store.fielddefs, name, "", 0, imus, texts), MOST_NAMES))
+    return ObjectForm(names, lambda message: read(message, name), texts[:MOST_NAMES]), tuple(imus)
 
 
-def _ros_names(types: Any, name: str, path: str, depth: int, imus: list[str]) -> Iterator[str]:  # noqa: ANN401
+def _ros_names(
+    types: Any,  # noqa: ANN401
+    name: str,
+    path: str,
+    depth: int,
+    imus: list[str],
+    texts: list[str],
+) -> Iterator[str]:
     if name == IMU_TYPE and path:
         imus.append(path)
     if depth > DEEPEST or name not in types:
@@ -62,9 +70,11 @@ def _ros_names(types: Any, name: str, path: str, depth: int, imus: list[str]) ->
     for field, (kind, inner) in types[name][1]:
         place = f"{path}.{field}" if path else field
         if kind == Nodetype.NAME:
-            yield from _ros_names(types, inner, place, depth + 1, imus)
+            yield from _ros_names(types, inner, place, depth + 1, imus, texts)
         elif kind == Nodetype.BASE and inner[0] not in _NO_NUMBERS:
             yield place
+        elif kind == Nodetype.BASE and inner[0] == "string":
+            texts.append(place)
         elif kind == Nodetype.ARRAY and inner[1] == AXES and inner[0][0] == Nodetype.BASE and is_triad(place):
             yield from (f"{place}.{number}" for number in range(AXES))
 

@@ -30,9 +30,10 @@ FACTS = (b"tumble.serial", b"tumble.corrected", b"tumble.units")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Returns the column prefixes of a Parquet table."""
+    """Returns the column prefixes of a Parquet table, and the labels of rows."""
     with opened(path) as file:
-        return tuple(imus_in(path, file.schema_arrow, options))
+        schema = file.schema_arrow
+    return tuple(imus_in(path, schema, options, partial(_batches, path)))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -48,7 +49,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     return replace(
         with_written_units(found, facts.get("tumble.units")),
         serial=facts.get("tumble.serial", ""),
-        expected=rows,
+        expected=rows if found.expected is None else found.expected,
         already_corrected=True if "tumble.corrected" in facts else None,
         correction=facts.get("tumble.corrected", ""),
     )

@@ -28,7 +28,16 @@ from tumble.logs.message_imu import (
 from tumble.logs.optional import not_installed
 from tumble.logs.options import ReadOptions
 from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, choose
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    RowLabels,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    of_label,
+)
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples
 
 _HEAD_SAMPLES = 1 << 14
 _OF_ROS = ("cdr", "ros1")
@@ -46,8 +55,31 @@ class _Imu:
 
 
 def imus_of(bag: Bag) -> tuple[str, ...]:
-    """Returns the topics of a bag that hold IMUs, with the fields of messages that hold several things."""
-    return tuple(_imus(bag))
+    """Returns the topics of a bag that hold IMUs, with the fields of messages that hold several things.
+
+    Where a field names the IMU of each message, its labels are part of their names.
+    """
+    return tuple(_named(bag, _imus(bag)))
+
+
+def _named(bag: Bag, imus: Mapping[str, _Imu]) -> dict[str, NamedImu]:
+    def labels(imu: _Imu, decoder: FieldImu) -> Iterator[LabelColumn]:
+        for name in decoder.labels:
+            column = LabelColumn(name)
+            for some in batched(bag.messages([imu.topic]), CHUNK_SAMPLES):
+                try:
+                    column.add_words(decoder.form.read_words([message.data for message in some], name))
+                except MalformedMessageError:  # which the reader of samples reports
+                    return
+                if not column.is_open:
+                    break
+            yield column
+
+    def labels_of(name: str) -> RowLabels | None:
+        decoder = imus[name].decoder
+        return first_found(labels(imus[name], decoder)) if isinstance(decoder, FieldImu) else None
+
+    return imus_with_labels(imus, labels_of)
 
 
 def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -59,8 +91,9 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
     if not options.need_imu and not _may_hold_imus(bag):
         return _magnetometer_alone(bag, imu, options)
     imus = _imus(bag)
-    name = choose(path, tuple(imus), imu, "topic")
-    found = imus[name]
+    named = _named(bag, imus)
+    name = choose_named(path, named, imu, "topic")
+    found = imus[named[name].prefix]
     first = next(bag.messages([found.topic]), None)
     if first is None:
         raise LogError(f"{path}: topic {found.topic} holds no messages")
@@ -77,13 +110,13 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         gatherer = _Gatherer(bag, found, temperature, use_stamps=False)
         head = next(gatherer.samples(_HEAD_SAMPLES))
     facts, units = bag.facts(), found.decoder.units
-    return LoggedImu(
+    track = LoggedImu(
         path=path,
         imu=name,
         format=bag.format,
         read=lambda transform: map(transform, gatherer.samples(CHUNK_SAMPLES)),
         head=lambda: head,
-        locate=lambda sample: f"message {sample + 1} of {name}",
+        locate=lambda sample: f"message {sample + 1} of {found.name}",
         accelerometer_unit=units.accelerometer,
         gyroscope_unit=units.gyroscope,
         time_unit=units.time if stamped else ROS_UNITS.time,
@@ -98,6 +131,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         alone=len(imus) == 1,
         notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
+    return of_label(track, named[name], name)
 
 
 def _is_stamped(head: RawSamples) -> bool:

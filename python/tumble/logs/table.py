@@ -19,6 +19,15 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    labels_for,
+    of_label,
+)
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
 
 NAME = "table"
@@ -33,8 +42,15 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
     columns = _columns(table, name)
     place = Path(name)
     imus = find_imus(list(columns), place, options)
-    imu = _wanted(name, imus, options.topic)
-    chosen = imus[imu]
+    named = _named(columns, imus, options)
+    labelled = any(each.labels for each in named.values())
+    typed = "ReadOptions(topic={!r})"
+    imu = (
+        choose_named(place, named, options.topic, "IMU", typed)
+        if labelled
+        else _wanted(name, imus, options.topic)
+    )
+    chosen = imus[named[imu].prefix]
     dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])
     names = chosen.names if chosen.triads else chosen.magnetic_names
     numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in names}
@@ -42,7 +58,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
     rows = len(next(iter(numbers.values())))
     if rows == 0:
         raise LogError(f"{name}: names columns, but holds no samples")
-    return LoggedImu(
+    found = LoggedImu(
         path=place,
         imu=imu,
         format="table",
@@ -60,6 +76,24 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
         alone=len(imus) == 1,
         expected=rows,
     )
+    return of_label(found, named[imu], imu)
+
+
+def _named(
+    columns: Mapping[str, Any], imus: Mapping[str, ImuColumns], options: ReadOptions
+) -> dict[str, NamedImu]:
+    """Returns the IMUs of a table, by the prefix of columns and the label of rows."""
+
+    def labels(found: ImuColumns) -> Iterator[LabelColumn]:
+        for each in labels_for(found, columns, options.columns.values()):
+            column, values = LabelColumn(each), np.asarray(columns[each])
+            if values.ndim == 1 and values.dtype.kind in "biuf":
+                column.add_numbers(values)
+            elif values.ndim == 1:
+                column.add_words(list(map(str, values.tolist())))
+            yield column
+
+    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
 
 
 def _columns(table: Table, name: str) -> dict[str, Any]:

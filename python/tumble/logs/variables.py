@@ -25,6 +25,15 @@ from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.row_labels import (
+    LabelColumn,
+    NamedImu,
+    choose_named,
+    first_found,
+    imus_with_labels,
+    labels_for,
+    of_label,
+)
 from tumble.logs.text import PLAIN_NAMES
 from tumble.logs.track import (
     CHUNK_SAMPLES,
@@ -32,7 +41,6 @@ from tumble.logs.track import (
     LoggedMagnetometer,
     RawSamples,
     Transform,
-    choose,
 )
 from tumble.logs.triads import gather
 from tumble.logs.units_beside import with_units_beside
@@ -121,7 +129,27 @@ def is_numeric(dtype: np.dtype[Any]) -> bool:
 
 def list_variable_imus(file: VariablesFile, options: ReadOptions) -> tuple[str, ...]:
     """Returns the names of the IMUs in a file of variables."""
-    return tuple(find_imus(list(_places(file)), file.path, options))
+    places = _places(file)
+    return tuple(_named(file, places, find_imus(list(places), file.path, options), options))
+
+
+def _named(
+    file: VariablesFile, places: Mapping[str, _Place], imus: Mapping[str, ImuColumns], options: ReadOptions
+) -> dict[str, NamedImu]:
+    """Returns the IMUs of a file; those that share variables have a label in each row."""
+
+    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
+        axes = columns.accelerometer or columns.gyroscope or columns.magnetic_names
+        for name in labels_for(columns, places, options.columns.values()):
+            place = places[name]
+            if place.rows != places[axes[0]].rows or place.holds_dates:
+                continue
+            column = LabelColumn(name)
+            for pieces in _side_by_side(file, {name: place}):
+                column.add_numbers(pieces.column(place))
+            yield column
+
+    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
 
 
 def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -132,13 +160,14 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
     path = file.path
     places = _places(file)
     imus = find_imus(list(places), path, options)
-    name = choose(path, tuple(imus), imu, "variable prefix")
-    columns = _with_stated_units(imus[name], places)
+    named = _named(file, places, imus, options)
+    name = choose_named(path, named, imu, "variable prefix")
+    columns = _with_stated_units(imus[named[name].prefix], places)
     wanted = {each: places[each] for each in (columns.names if columns.triads else columns.magnetic_names)}
     rows = _equal_rows(path, wanted)
     group = next(iter(wanted.values())).variable.name.split(_SEPARATOR)[:-1]
     rate, notices = _stated_rate(file, columns, options, group)
-    return LoggedImu(
+    found = LoggedImu(
         path=path,
         imu=name,
         format=file.format,
@@ -159,6 +188,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
         expected=rows,
         notices=notices,
     )
+    return of_label(found, named[name], name)
 
 
 def _magnetometer(

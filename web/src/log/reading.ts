@@ -7,6 +7,7 @@ import { countOf, general, listed } from '../printed';
 import { checked, type Samples } from './checks';
 import { UnknownColumns, findImus, type ImuColumns } from './columns';
 import { conversionFor, converted, perAxis, type Conversion, type RawSamples, type ReadOptions } from './conversion';
+import { labelColumns, rowLabels, type RowLabels } from './labels';
 import { readColumns, type Columns } from './rows';
 import { findLayout, increases, logText, numbersDelimiter, numberOf, splitLine, type LogText, type TextLayout } from './text';
 import { countsFrom1970, inCelsius, type Rows } from './units';
@@ -140,14 +141,29 @@ function openTable(file: LogFile, options: ReadOptions): Track {
   const isMapped = Object.keys(stated).length > 0;
   const layout = isMapped ? describeTable(file).layout : findLayout(log, file.name, false);
   const imus = findImus(layout.names, file.name, stated);
-  const wanted = options.imu ?? (imus.size === 1 ? [...imus.keys()][0] : undefined);
-  if (wanted === undefined || !imus.has(wanted)) {
-    throw new SeveralImus(`${file.name}: holds ${imus.size} IMUs: ${[...imus.keys()].join(', ')}; choose one`, [...imus.keys()]);
+  const read = (imu: ImuColumns): Columns => {
+    const names = [imu.time, imu.temperature, ...(imu.accelerometer ?? []), ...(imu.gyroscope ?? [])];
+    const present = [...new Set(names.filter((name): name is string => name !== undefined))];
+    return readColumns(log, layout, present, file.name, options.skipBadLines ?? false);
+  };
+  const named = namedImus(imus, log, layout, read, Object.values(stated));
+  const wanted = options.imu ?? (named.size === 1 ? [...named.keys()][0] : undefined);
+  if (wanted === undefined || !named.has(wanted)) {
+    const found = [...named.keys()];
+    const column = [...named.values()].find((each) => each.labels)?.labels!.column;
+    throw new SeveralImus(
+      column === undefined
+        ? `${file.name}: holds ${imus.size} IMUs: ${found.join(', ')}; choose one`
+        : `${file.name}: column ${column} distinguishes ${found.length} IMUs: name one, as ${file.name}:${found[0]} ` +
+          `(found: ${found.join(', ')}), or rename the column if it names no IMU`,
+      found,
+    );
   }
-  const imu = imus.get(wanted)!;
-  const names = [imu.time, imu.temperature, ...(imu.accelerometer ?? []), ...(imu.gyroscope ?? [])];
-  const read = [...new Set(names.filter((name): name is string => name !== undefined))];
-  const columns = readColumns(log, layout, read, file.name, options.skipBadLines ?? false);
+  const { prefix, labels, label } = named.get(wanted)!;
+  const imu = imus.get(prefix)!;
+  const all = read(imu);
+  const columns = labels === undefined ? all : ofLabel(all, labels.rows, label);
+  const { head, expected } = blocks(log, layout, all.lines.length);
   const isDate = imu.time !== undefined && /^\d{4}-\d{2}-\d{2}/.test(layout.firstRow[layout.names.indexOf(imu.time)] ?? '');
   const written: ImuColumns['units'] =
     layout.preamble.get('units') === 'SI'
@@ -171,10 +187,45 @@ function openTable(file: LogFile, options: ReadOptions): Track {
       unknown: { ...imu.unknown, ...(isDate ? { time: undefined } : {}) },
     },
     rate: imu.time === undefined ? statedRate(layout) : undefined,
-    ...blocks(log, layout, columns.lines.length),
+    head: labels === undefined ? head : Math.max(1, labels.rows.slice(0, head).filter((each) => each === label).length),
+    expected: labels === undefined ? expected : columns.lines.length,
     notices: layout.notices,
     isCorrected: corrected,
-    imu: imus.size === 1 ? '' : wanted,
+    imu: named.size === 1 ? '' : wanted,
+  };
+}
+
+interface NamedImu {
+  prefix: string;
+  labels?: RowLabels;
+  label: string;
+}
+
+/** Returns the IMUs of a table by name: by the prefix of columns, by the label of rows, or by both. */
+function namedImus(
+  imus: Map<string, ImuColumns>,
+  log: LogText,
+  layout: TextLayout,
+  read: (imu: ImuColumns) => Columns,
+  stated: readonly string[],
+): Map<string, NamedImu> {
+  const named = new Map<string, NamedImu>();
+  for (const [prefix, imu] of imus) {
+    const candidates = labelColumns(imu, layout.names, stated);
+    const lines = candidates.length ? read(imu).lines : new Uint32Array();
+    const labels = candidates.map((name) => rowLabels(log, layout, name, lines)).find(Boolean);
+    if (labels === undefined) named.set(prefix, { prefix, label: '' });
+    for (const label of labels?.names ?? []) named.set(prefix ? `${prefix}.${label}` : label, { prefix, labels, label });
+  }
+  return named;
+}
+
+function ofLabel(columns: Columns, rows: readonly string[], label: string): Columns {
+  const mine = (_: number, row: number) => rows[row] === label;
+  return {
+    values: new Map([...columns.values].map(([name, values]) => [name, values.filter(mine)])),
+    lines: columns.lines.filter(mine),
+    badLines: columns.badLines,
   };
 }
 
