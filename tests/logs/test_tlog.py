@@ -65,6 +65,38 @@ def test_several_imus_and_several_vehicles_are_distinguished(tmp_path):
     assert "name one, as flight.tlog:SCALED_IMU.system1" in typed("noise", path).err
 
 
+@pytest.mark.parametrize("message", ["scaled_imu", "highres"])
+@pytest.mark.parametrize("force_v1", [False, True])
+def test_components_of_a_vehicle_are_imus_of_their_own(tmp_path, message, force_v1):
+    senders = [autopilot(component=number) for number in (1, 7)]
+    tables = [np.tile([float(number), 0.0, -9.8, 0.0, 0.0, 0.1], (100, 1)) for number in (3, 5)]
+    time = 5.0 + 0.02 * np.arange(100)
+    streams = [
+        highres(np.column_stack([time, table]), sender)
+        if message == "highres"
+        else scaled(100, sender, xacc=1000 * int(table[0, 0]))
+        for sender, table in zip(senders, tables, strict=True)
+    ]
+    if force_v1 and message == "scaled_imu":
+        for number, sender in enumerate(senders):
+            again = [
+                mavlink.MAVLink_scaled_imu_message(
+                    round(1000 * at), 1000 * (3 + 2 * number), 0, -1000, 0, 0, 0, 0, 0, 0
+                ).pack(sender, force_mavlink1=True)
+                for at in time
+            ]
+            streams[number] = again
+    path = written(tmp_path / "flight.tlog", *streams)
+    name = "HIGHRES_IMU" if message == "highres" else "SCALED_IMU"
+    names = (f"{name}.component1", f"{name}.component7")
+    assert list_imus(path) == names
+    assert f"name one, as flight.tlog:{names[0]}" in typed("noise", path).err
+    for each, expected in zip(names, (3.0, 5.0), strict=True):
+        _, found = samples_of(f"{path}:{each}")
+        unit = 1.0 if message == "highres" else 9.80665
+        assert found["accelerometer"][:, 0] == pytest.approx(np.full(100, expected * unit))
+
+
 @pytest.mark.parametrize(("kind", "names"), [(3, ("RAW_IMU",)), (12, ())])
 def test_units_of_raw_imu_are_known_of_ardupilot_only(tmp_path, kind, names):
     sender = autopilot()

@@ -12,9 +12,9 @@ from tumble.logs import ReadOptions
 UDP = "mavlink:udpin:127.0.0.1:14555"
 
 
-def autopilot(system=1):
+def autopilot(system=1, component=1):
     """A sender of messages."""
-    return mavlink.MAVLink(None, srcSystem=system, srcComponent=1)
+    return mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
 
 
 def highres(table, sender=None, updated=0xFFFF, sensor=0):

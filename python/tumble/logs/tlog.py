@@ -66,6 +66,7 @@ class _Sender:
 
     message: str
     system: int
+    component: int
     sensor: int
 
 
@@ -116,11 +117,11 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 def _imus(path: Path) -> list[FlightImu]:
     scan = _scanned(path)
-    several = len({sender.system for sender in scan.senders}) > 1
+    names = _names(scan)
     order = list(KINDS)
     return [
         FlightImu(
-            name=_name(sender, several),
+            name=names[sender],
             form="fine" if sender.message == FINE else "coarse",
             rate=times.rate,
             count=times.count,
@@ -139,8 +140,7 @@ def _imus(path: Path) -> list[FlightImu]:
 def _magnetometers(path: Path, imus: Sequence[FlightImu], wanted: str | None) -> list[FlightMagnetometer]:
     """Returns the magnetometers, which have the names of their IMUs; the first is that of the wanted one."""
     scan = _scanned(path)
-    several = len({sender.system for sender in scan.senders}) > 1
-    found = {_name(sender, several): sender for sender in scan.senders}
+    found = {name: sender for sender, name in _names(scan).items()}
     names = sorted(
         (each.name for each in imus), key=lambda name: name.casefold() != (wanted or "").casefold()
     )
@@ -170,9 +170,26 @@ def _read_magnetic(path: Path, sender: _Sender, kind: Kind) -> RawMagnetic:
     return RawMagnetic(raw.time / round(1.0 / UNITS["time"][kind.time_unit]), raw.field)
 
 
-def _name(sender: _Sender, several: bool) -> str:
-    name = f"{sender.message}.{sender.sensor}" if sender.sensor else sender.message
-    return f"{name}.system{sender.system}" if several else name
+def _names(scan: _Scan) -> dict[_Sender, str]:
+    """Returns names, with the system where there are several, and the component where a system has several.
+
+    A component without an IMU is no other: a ground station, a gimbal.
+    """
+    several = len({sender.system for sender in scan.senders}) > 1
+    components: dict[int, set[int]] = {}
+    for sender in scan.senders:
+        components.setdefault(sender.system, set()).add(sender.component)
+    return {
+        sender: ".".join(
+            [
+                sender.message,
+                *([str(sender.sensor)] if sender.sensor else []),
+                *([f"system{sender.system}"] if several else []),
+                *([f"component{sender.component}"] if len(components[sender.system]) > 1 else []),
+            ]
+        )
+        for sender in scan.senders
+    }
 
 
 def _kind(sender: _Sender, scan: _Scan) -> Kind:
@@ -194,7 +211,7 @@ def _refuse(path: Path) -> dict[Triad, Any]:
 def _scanned(path: Path) -> _Scan:
     scan, damage = _Scan(), Damage()
     dialect = _dialect(path)
-    known: dict[tuple[int, int, int], _Sender] = {}
+    known: dict[tuple[int, int, int, int], _Sender] = {}
     """Senders by the bytes of a message, once one of that kind was decoded."""
     for packets in _packets(path, dialect, damage, (*KINDS, HEARTBEAT)):
         for packet in packets:
@@ -213,13 +230,14 @@ def _scanned(path: Path) -> _Scan:
     return scan
 
 
-def _key(packet: bytes) -> tuple[int, int, int]:
-    """Returns number, system and sensor of a message that is not decoded."""
+def _key(packet: bytes) -> tuple[int, int, int, int]:
+    """Returns number, system, component and sensor of a message that is not decoded."""
     number = _number(packet, 0)
     head = _HEAD_1 if packet[0] == VERSION_1 else _HEAD_2
     last = _SENSORS.get(number, 0)
     sensor = packet[head + last] if last and last < packet[1] else 0
-    return number, packet[3 if packet[0] == VERSION_1 else 5], sensor
+    system = 3 if packet[0] == VERSION_1 else 5
+    return number, packet[system], packet[system + 1], sensor
 
 
 def _note(scan: _Scan, sender: _Sender, packet: bytes) -> None:
@@ -235,7 +253,7 @@ def _note(scan: _Scan, sender: _Sender, packet: bytes) -> None:
 def _sender(message: MavlinkMessage) -> _Sender:
     # A message without a field of that name has its own number there.
     sensor = message.id if "id" in message.fieldnames else 0
-    return _Sender(message.get_type(), message.get_srcSystem(), sensor)
+    return _Sender(message.get_type(), message.get_srcSystem(), message.get_srcComponent(), sensor)
 
 
 def _read(path: Path, sender: _Sender, kind: Kind) -> Iterator[RawSamples]:
