@@ -16,6 +16,7 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.row_labels import (
     LabelColumn,
     NamedImu,
@@ -90,38 +91,41 @@ def imu_in(
     name = choose_named(path, named, imu, "column prefix")
     columns = imus[named[name].prefix]
 
-    def read(transform: Transform) -> Iterator[RawSamples]:
-        for batch in batches(columns.names):
-            yield transform(samples_of(_leaves(path, batch, columns.names), columns))
+    def opened(columns: ImuColumns) -> LoggedImu:
+        def read(transform: Transform) -> Iterator[RawSamples]:
+            for batch in batches(columns.names):
+                yield transform(samples_of(_leaves(path, batch, columns.names), columns))
 
-    def head() -> RawSamples:
-        found = next(read(lambda samples: samples), None)
-        if found is None:
-            raise LogError(f"{path}: names columns, but holds no samples")
-        return found
+        def head() -> RawSamples:
+            found = next(read(lambda samples: samples), None)
+            if found is None:
+                raise LogError(f"{path}: names columns, but holds no samples")
+            return found
 
-    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
-        leaves = [_leaves(path, batch, names) for batch in batches(names)]
-        return {name: np.concatenate([np.empty(0), *(each[name] for each in leaves)]) for name in names}
+        def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+            leaves = [_leaves(path, batch, names) for batch in batches(names)]
+            return {name: np.concatenate([np.empty(0), *(each[name] for each in leaves)]) for name in names}
 
-    found = LoggedImu(
-        path=path,
-        imu=name,
-        format=format_,
-        read=read,
-        head=head,
-        locate=lambda sample: f"row {sample + 1}",
-        accelerometer_unit=columns.accelerometer_unit,
-        gyroscope_unit=columns.gyroscope_unit,
-        time_unit=columns.time_unit,
-        temperature_unit=columns.temperature_unit,
-        clock=f"{path.resolve()}#{columns.time or 'row'}",
-        triads=columns.triads,
-        magnetometer=magnetometer_in(columns, whole),
-        columns=tuple(_leaf_fields(schema)),
-        alone=len(imus) == 1,
-    )
-    return of_label(found, named[name], name)
+        found_imu = LoggedImu(
+            path=path,
+            imu=name,
+            format=format_,
+            read=read,
+            head=head,
+            locate=lambda sample: f"row {sample + 1}",
+            accelerometer_unit=columns.accelerometer_unit,
+            gyroscope_unit=columns.gyroscope_unit,
+            time_unit=columns.time_unit,
+            temperature_unit=columns.temperature_unit,
+            clock=f"{path.resolve()}#{columns.time or 'row'}",
+            triads=columns.triads,
+            magnetometer=magnetometer_in(columns, whole),
+            columns=tuple(_leaf_fields(schema)),
+            alone=len(imus) == 1,
+        )
+        return of_label(found_imu, named[name], name)
+
+    return with_own_stamps(opened, columns, options)
 
 
 def _leaf_fields(schema: pa.Schema) -> dict[str, pa.Field]:

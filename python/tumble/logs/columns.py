@@ -273,6 +273,18 @@ class ImuColumns:
     temperature_unit: StatedUnit | None = None
     magnetometer: MagneticColumns | None = None
     """Columns of the magnetometer, which are read in a pass of their own."""
+    gyroscope_time: str | None = None
+    """Stamps of the gyroscope where `time` are those of the accelerometer; None where both share them."""
+    gyroscope_time_unit: StatedUnit | None = None
+
+    @property
+    def by_gyroscope(self) -> ImuColumns | None:
+        """Returns the same with the stamps of the gyroscope; None where both triads share them."""
+        if self.gyroscope_time is None:
+            return None
+        return replace(
+            self, time=self.gyroscope_time, time_unit=self.gyroscope_time_unit, gyroscope_time=None
+        )
 
     @property
     def names(self) -> list[str]:
@@ -699,6 +711,7 @@ class _Index:
     places: Mapping[tuple[Quantity, int, str], str]
     """The first column of each quantity, axis and prefix."""
     only_time: str | None
+    times: tuple[str, ...]
 
     @classmethod
     def of(cls, recognised: Mapping[str, Column | None]) -> _Index:
@@ -707,7 +720,8 @@ class _Index:
         for name, column in recognised.items():
             if column is not None:
                 places.setdefault((column.quantity, column.axis, column.imu), name)
-        return cls(recognised, places, _only(recognised, "time"))
+        times = tuple(name for name, column in recognised.items() if column and column.quantity == "time")
+        return cls(recognised, places, _only(recognised, "time"), times)
 
 
 def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuColumns | None:
@@ -722,7 +736,9 @@ def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuCo
     rate = [pick(key, "gyroscope", axis) for axis, key in enumerate(("gx", "gy", "gz"))]
     if any(None in triad and any(triad) for triad in (acceleration, rate)) or not any(acceleration + rate):
         return None
-    time = pick("time", "time", shared=True) or index.only_time
+    time, gyroscope_time = _stamps(prefix, index, stated, pick("time", "time", shared=True))
+    if None in (acceleration[0], rate[0]):
+        gyroscope_time = None
     temperature = pick("temperature", "temperature", shared=True)
 
     def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
@@ -738,7 +754,42 @@ def _imu_columns(prefix: str, index: _Index, stated: Mapping[str, str]) -> ImuCo
         joint_unit(unit(name, "gyroscope") for name in rate),
         unit(time, "time"),
         unit(temperature, "temperature"),
+        gyroscope_time=gyroscope_time,
+        gyroscope_time_unit=unit(gyroscope_time, "time"),
     )
+
+
+def _stamps(
+    prefix: str, index: _Index, stated: Mapping[str, str], usual: str | None
+) -> tuple[str | None, str | None]:
+    """Returns the stamps of an IMU, and those of its gyroscope where they are others.
+
+    Stamps may be those of one triad: `gyro_timestamp`; `imu2_sample_time` are those of the IMU `imu2`.
+    """
+    if "time" in stated:
+        return stated["time"], None
+    own: dict[str, str] = {}
+    for name in index.times:
+        column = index.columns[name]
+        assert column is not None
+        if not column.imu.startswith(prefix):
+            continue
+        word = column.imu[len(prefix) :].strip("_ ./:-").lower()
+        triad = next((triad for triad, words in _TRIAD_WORDS.items() if word in words), None)
+        if triad is not None:
+            own.setdefault(triad, name)
+        elif prefix and len(column.imu) > len(prefix) and column.imu[len(prefix)] in "_ ./:-":
+            own.setdefault("", name if word not in _OTHER_WORDS else "")
+    of_prefix = index.places.get(("time", 0, prefix))
+    shared = of_prefix if prefix and of_prefix else own.get("") or usual or index.only_time
+    force, rate = own.get("accelerometer") or shared, own.get("gyroscope") or shared
+    force, rate = force or rate, rate or force
+    return force, None if rate == force else rate
+
+
+_TRIAD_WORDS = {"accelerometer": frozenset(_long(_ACCELEROMETER)), "gyroscope": frozenset(_long(_GYROSCOPE))}
+_OTHER_WORDS = frozenset((*_long(_MAGNETOMETER), *_long(_TEMPERATURE), "header"))
+"""Those of other sensors, and of headers of ROS, whose stamp its reader takes where there is one."""
 
 
 def _whole(names: Sequence[str | None]) -> tuple[str, str, str] | None:

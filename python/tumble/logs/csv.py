@@ -24,6 +24,7 @@ from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.row_labels import (
     LabelColumn,
     NamedImu,
@@ -85,10 +86,15 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     named = _named(path, layout, imus, options)
     labelled = any(each.labels for each in named.values())
     name = choose_named(path, named, imu, "IMU") if labelled else choose_imu(path, imus, imu)
-    found = imu_of_table(path, layout, imus[named[name].prefix], options)
+    columns = imus[named[name].prefix]
     unread = unread_accelerometers(layout.names, options.columns, imus)
-    found = replace(found, imu=name, alone=len(imus) == 1, notices=(*found.notices, *unread))
-    return of_label(found, named[name], name)
+
+    def opened(columns: ImuColumns) -> LoggedImu:
+        found = imu_of_table(path, layout, columns, options)
+        found = replace(found, imu=name, alone=len(imus) == 1, notices=(*found.notices, *unread))
+        return of_label(found, named[name], name)
+
+    return with_own_stamps(opened, columns, options)
 
 
 def _named(

@@ -250,6 +250,7 @@ def _renamed(imu: ImuColumns, names: Mapping[str, str]) -> ImuColumns:
         gyroscope=triad(imu.gyroscope),
         time=None if imu.time is None else names[imu.time],
         temperature=None if imu.temperature is None else names[imu.temperature],
+        gyroscope_time=None if imu.gyroscope_time is None else names[imu.gyroscope_time],
         magnetometer=_magnetometer_of(imu, axes),
     )
 

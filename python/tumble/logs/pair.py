@@ -13,8 +13,8 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.logs.csv import CsvRows, TextTable, expected_rows
-from tumble.logs.interpolation import TimedReadings
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import INTERPOLATED, brought_together
 from tumble.logs.text import TextLayout
 from tumble.logs.track import (
     LoggedImu,
@@ -70,9 +70,6 @@ def imu_of_pair(
     path: Path, log_format: str, accelerometer: TriadFile, gyroscope: TriadFile, options: ReadOptions
 ) -> LoggedImu:
     """Creates one IMU of two files; `path` is what the user named."""
-    interpolated = (
-        "accelerometer brought to the times of the gyroscope by straight lines, which lowers its noise"
-    )
 
     def pieces(transform: Transform) -> Iterator[RawSamples]:
         return read_pair(accelerometer, gyroscope, transform, interpolate=options.interpolate)
@@ -92,7 +89,7 @@ def imu_of_pair(
         expected=expected_rows(gyroscope.path, gyroscope.layout),
         notices=(
             f"accelerometer from {accelerometer.path.name}, gyroscope from {gyroscope.path.name}",
-            *((interpolated,) if options.interpolate else ()),
+            *((INTERPOLATED,) if options.interpolate else ()),
         ),
     )
 
@@ -107,7 +104,7 @@ def read_pair(
 
     Raises `LogError` where times differ without `interpolate`.
     """
-    joined = _interpolated(accelerometer, gyroscope) if interpolate else _equal(accelerometer, gyroscope)
+    joined = brought_together(accelerometer, gyroscope) if interpolate else _equal(accelerometer, gyroscope)
     for left, right in joined:
         yield transform(RawSamples(right[:, 0].copy(), left[:, 1:].copy(), right[:, 1:].copy()))
 
@@ -146,39 +143,3 @@ def _even(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[Floa
             "copy it again, cut the longer file to the same rows, or bring both to the same times with "
             "--interpolate"
         )
-
-
-def _interpolated(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Returns the accelerometer at the times of the gyroscope; both streams advance together."""
-    known = TimedReadings((rows[:, 0], rows[:, 1:]) for rows in _forwards(accelerometer))
-    found = False
-    for rows in _forwards(gyroscope):
-        known.read_to(float(rows[-1, 0]))
-        inside = known.spans(rows[:, 0])
-        if inside.any():
-            found = True
-            right = rows[inside]
-            yield np.column_stack([right[:, 0], known.at(right[:, 0])]), right
-        known.forget(float(rows[-1, 0]))
-    if not found:
-        raise LogError(
-            f"{accelerometer.path}: has no time in common with {gyroscope.path.name}; "
-            "give two files of one recording"
-        )
-
-
-def _forwards(triad: TriadFile) -> Iterator[FloatArray]:
-    """Returns the rows that have a time; raises `LogError` where it runs backwards."""
-    last = -np.inf
-    for rows in triad.rows():
-        kept = rows[np.isfinite(rows[:, 0])]
-        steps = np.diff(kept[:, 0], prepend=last)
-        if (steps < 0.0).any():
-            at = int(np.argmax(steps < 0.0))
-            raise LogError(
-                f"{triad.path}: time runs backwards to {kept[at, 0]:.15g}; "
-                "sort the file by time, as --interpolate needs it"
-            )
-        if len(kept):
-            last = float(kept[-1, 0])
-            yield kept

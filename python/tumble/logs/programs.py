@@ -16,6 +16,7 @@ from tumble.foundation.regular_files import open_regular
 from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.stated_units import unit_in
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.text_file import open_text
@@ -41,6 +42,8 @@ class _Program:
     """Function that gives the factor of the accelerometer."""
     corrected: bool | None = None
     notices: tuple[str, ...] = ()
+    gyroscope_time: tuple[str, ...] = ()
+    """Stamps of each choice of the gyroscope."""
     rate: re.Pattern[bytes] | None = None
     """Finds, in the head of a file, the rate at which samples were counted; their time is the count."""
 
@@ -129,6 +132,7 @@ PROGRAMS = (
         {"accelerometer": "g", "gyroscope": "rad/s", "time": "s", "magnetometer": "uT"},
         magnetometer=(_xyz("magnetometer"), _xyz("motionMagneticField")),
         factor=lambda *_: -1.0,
+        gyroscope_time=("gyroTimestamp_sinceReboot", "motionTimestamp_sinceReboot"),
         notices=("sign of the accelerometer changed, as iOS reads -g upwards",),
     ),
     _Program(
@@ -183,13 +187,16 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     factor = program.factor(path, layout, options, columns)
     rate = None if program.rate is None or options.rate is not None else _rate_in(path, program.rate)
 
-    def samples(rows: CsvRows) -> RawSamples:
-        found = table_samples(rows, columns)
-        if rate is not None and found.time is not None:
-            found = replace(found, time=found.time / rate)
-        return found if factor == 1.0 else replace(found, accelerometer=found.accelerometer * factor)
+    def opened(columns: ImuColumns) -> LoggedImu:
+        def samples(rows: CsvRows) -> RawSamples:
+            found = table_samples(rows, columns)
+            if rate is not None and found.time is not None:
+                found = replace(found, time=found.time / rate)
+            return found if factor == 1.0 else replace(found, accelerometer=found.accelerometer * factor)
 
-    found = imu_of_table(path, layout, columns, options, samples)
+        return imu_of_table(path, layout, columns, options, samples)
+
+    found = with_own_stamps(opened, columns, options)
     return replace(
         found,
         format=program.format,
@@ -254,6 +261,11 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
         )
     field = triad(program.magnetometer)
     time = next((names[name] for name in program.time if name in names), None)
+    of_rate = None
+    if gyroscope is not None and program.gyroscope_time:
+        choices = zip(program.gyroscope, program.gyroscope_time, strict=True)
+        stamps = next(stamp for (x, _, _), stamp in choices if names.get(x) == gyroscope[0])
+        of_rate = names.get(stamps)
     return ImuColumns(
         accelerometer,
         gyroscope,
@@ -262,4 +274,6 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
         gyroscope_unit=unit(gyroscope or (), "gyroscope"),
         time_unit=unit([time] if time else (), "time"),
         magnetometer=None if field is None else MagneticColumns(field, unit(field, "magnetometer")),
+        gyroscope_time=None if of_rate == time else of_rate,
+        gyroscope_time_unit=unit([of_rate] if of_rate else (), "time"),
     )

@@ -12,7 +12,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import join, quoted
 from tumble.logs.bags import Bag, BagMessage, Topic
-from tumble.logs.columns import READ_MAGNETOMETER
+from tumble.logs.columns import READ_MAGNETOMETER, ImuColumns
 from tumble.logs.magnetic_messages import batched, magnetometer_beside, magnetometers_of
 from tumble.logs.message_bounds import MOST_LINES, MOST_LINES_OF_BAG
 from tumble.logs.message_form import Definition, JsonForm
@@ -27,6 +27,7 @@ from tumble.logs.message_imu import (
 )
 from tumble.logs.optional import not_installed
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
 from tumble.logs.row_labels import (
     LabelColumn,
@@ -94,6 +95,20 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
     named = _named(bag, imus)
     name = choose_named(path, named, imu, "topic")
     found = imus[named[name].prefix]
+    decoder = found.decoder
+
+    def opened(columns: ImuColumns) -> LoggedImu:
+        assert isinstance(decoder, FieldImu)
+        mine = replace(found, decoder=replace(decoder, columns=columns))
+        return of_label(_track(bag, name, mine, options, alone=len(imus) == 1), named[name], name)
+
+    if isinstance(decoder, FieldImu):
+        return with_own_stamps(opened, decoder.columns, options)
+    return _track(bag, name, found, options, alone=len(imus) == 1)
+
+
+def _track(bag: Bag, name: str, found: _Imu, options: ReadOptions, *, alone: bool) -> LoggedImu:
+    path = bag.path
     first = next(bag.messages([found.topic]), None)
     if first is None:
         raise LogError(f"{path}: topic {found.topic} holds no messages")
@@ -110,7 +125,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         gatherer = _Gatherer(bag, found, temperature, use_stamps=False)
         head = next(gatherer.samples(_HEAD_SAMPLES))
     facts, units = bag.facts(), found.decoder.units
-    track = LoggedImu(
+    return LoggedImu(
         path=path,
         imu=name,
         format=bag.format,
@@ -128,10 +143,9 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
         correction=facts.get("corrected", ""),
         magnetometer=magnetometer_beside(bag, found.name, options, use_stamps=stamped)
         or _magnetometer_within(bag, found, use_stamps=stamped),
-        alone=len(imus) == 1,
+        alone=alone,
         notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
-    return of_label(track, named[name], name)
 
 
 def _is_stamped(head: RawSamples) -> bool:

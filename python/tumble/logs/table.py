@@ -19,6 +19,7 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.row_labels import (
     LabelColumn,
     NamedImu,
@@ -50,33 +51,36 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
         if labelled
         else _wanted(name, imus, options.topic)
     )
-    chosen = imus[named[imu].prefix]
-    dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])
-    names = chosen.names if chosen.triads else chosen.magnetic_names
-    numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in names}
-    _refuse_uneven(name, numbers)
-    rows = len(next(iter(numbers.values())))
-    if rows == 0:
-        raise LogError(f"{name}: names columns, but holds no samples")
-    found = LoggedImu(
-        path=place,
-        imu=imu,
-        format="table",
-        read=lambda transform: _read(numbers, chosen, rows, transform),
-        head=lambda: next(_read(numbers, chosen, rows, lambda samples: samples)),
-        locate=lambda sample: f"row {sample + 1}",
-        accelerometer_unit=chosen.accelerometer_unit,
-        gyroscope_unit=chosen.gyroscope_unit,
-        time_unit=StatedUnit("s", COLUMN_TYPE) if dated else chosen.time_unit,
-        temperature_unit=chosen.temperature_unit,
-        clock=f"table {id(table)}#{chosen.time or 'row'}",
-        triads=chosen.triads,
-        magnetometer=magnetometer_in(chosen, lambda names: _whole(name, columns, chosen, names)),
-        columns=tuple(columns),
-        alone=len(imus) == 1,
-        expected=rows,
-    )
-    return of_label(found, named[imu], imu)
+
+    def opened(chosen: ImuColumns) -> LoggedImu:
+        dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])
+        names = chosen.names if chosen.triads else chosen.magnetic_names
+        numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in names}
+        _refuse_uneven(name, numbers)
+        rows = len(next(iter(numbers.values())))
+        if rows == 0:
+            raise LogError(f"{name}: names columns, but holds no samples")
+        found = LoggedImu(
+            path=place,
+            imu=imu,
+            format="table",
+            read=lambda transform: _read(numbers, chosen, rows, transform),
+            head=lambda: next(_read(numbers, chosen, rows, lambda samples: samples)),
+            locate=lambda sample: f"row {sample + 1}",
+            accelerometer_unit=chosen.accelerometer_unit,
+            gyroscope_unit=chosen.gyroscope_unit,
+            time_unit=StatedUnit("s", COLUMN_TYPE) if dated else chosen.time_unit,
+            temperature_unit=chosen.temperature_unit,
+            clock=f"table {id(table)}#{chosen.time or 'row'}",
+            triads=chosen.triads,
+            magnetometer=magnetometer_in(chosen, lambda names: _whole(name, columns, chosen, names)),
+            columns=tuple(columns),
+            alone=len(imus) == 1,
+            expected=rows,
+        )
+        return of_label(found, named[imu], imu)
+
+    return with_own_stamps(opened, imus[named[imu].prefix], options)
 
 
 def _named(

@@ -25,6 +25,7 @@ from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
+from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.row_labels import (
     LabelColumn,
     NamedImu,
@@ -162,33 +163,39 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
     imus = find_imus(list(places), path, options)
     named = _named(file, places, imus, options)
     name = choose_named(path, named, imu, "variable prefix")
-    columns = _with_stated_units(imus[named[name].prefix], places)
-    wanted = {each: places[each] for each in (columns.names if columns.triads else columns.magnetic_names)}
-    rows = _equal_rows(path, wanted)
-    group = next(iter(wanted.values())).variable.name.split(_SEPARATOR)[:-1]
-    rate, notices = _stated_rate(file, columns, options, group)
-    found = LoggedImu(
-        path=path,
-        imu=name,
-        format=file.format,
-        read=lambda transform: _ahead(rows, _read(file, columns, wanted, transform)),
-        head=lambda: next(_read(file, columns, wanted, lambda samples: samples)),
-        locate=lambda sample: f"sample {sample + 1}",
-        accelerometer_unit=columns.accelerometer_unit,
-        gyroscope_unit=columns.gyroscope_unit,
-        time_unit=columns.time_unit,
-        temperature_unit=columns.temperature_unit,
-        clock=f"{path.resolve()}#{columns.time or 'row'}",
-        rate=rate,
-        serial=file.serial,
-        triads=columns.triads,
-        magnetometer=_magnetometer(file, columns, places),
-        columns=tuple(places),
-        alone=len(imus) == 1,
-        expected=rows,
-        notices=notices,
-    )
-    return of_label(found, named[name], name)
+
+    def opened(columns: ImuColumns) -> LoggedImu:
+        columns = _with_stated_units(columns, places)
+        wanted = {
+            each: places[each] for each in (columns.names if columns.triads else columns.magnetic_names)
+        }
+        rows = _equal_rows(path, wanted)
+        group = next(iter(wanted.values())).variable.name.split(_SEPARATOR)[:-1]
+        rate, notices = _stated_rate(file, columns, options, group)
+        found = LoggedImu(
+            path=path,
+            imu=name,
+            format=file.format,
+            read=lambda transform: _ahead(rows, _read(file, columns, wanted, transform)),
+            head=lambda: next(_read(file, columns, wanted, lambda samples: samples)),
+            locate=lambda sample: f"sample {sample + 1}",
+            accelerometer_unit=columns.accelerometer_unit,
+            gyroscope_unit=columns.gyroscope_unit,
+            time_unit=columns.time_unit,
+            temperature_unit=columns.temperature_unit,
+            clock=f"{path.resolve()}#{columns.time or 'row'}",
+            rate=rate,
+            serial=file.serial,
+            triads=columns.triads,
+            magnetometer=_magnetometer(file, columns, places),
+            columns=tuple(places),
+            alone=len(imus) == 1,
+            expected=rows,
+            notices=notices,
+        )
+        return of_label(found, named[name], name)
+
+    return with_own_stamps(opened, imus[named[name].prefix], options)
 
 
 def _magnetometer(
