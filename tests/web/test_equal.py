@@ -167,6 +167,16 @@ def test_rows_with_labels_of_imus_are_read_as_by_the_command(tmp_path):
         assert by_page["text"] == by_command_too.calibration.text()
 
 
+def test_a_pair_of_files_with_names_is_refused_in_one_line(tmp_path):
+    head = {"acc": "time,ax [g],ay [g],az [g]", "gyro": "time,gx [deg/s],gy [deg/s],gz [deg/s]"}
+    for word, names in head.items():
+        rows = [f"{k / 100.0},0.1,0.2,{1.0 + k * 1e-4}" for k in range(500)]
+        (tmp_path / f"wk_{word}.csv").write_text("\n".join([names, *rows, ""]), encoding="utf-8")
+    files = [str(tmp_path / f"wk_{word}.csv") for word in head]
+    (found,) = headless([{"files": files, "read": {}, "date": DATE}])
+    assert found["failure"].startswith("wk_acc.csv: names its columns")
+
+
 def session(rng, late: float) -> str:
     """Returns a log of twelve orientations, turned in between; stamps are late by up to so many seconds."""
     rate, rows, time = 100.0, ["time_us,ax [g],ay [g],az [g],gx [deg/s],gy [deg/s],gz [deg/s],temp"], 0.0

@@ -317,6 +317,11 @@ function triadFile(file: LogFile, options: ReadOptions) {
   if (layout.names.length !== 4) {
     throw new Failure(`${file.name}: has ${layout.names.length} columns where time and three axes are needed`);
   }
+  if (layout.names.some((name, place) => name !== String(place + 1))) {
+    throw new Failure(
+      `${file.name}: names its columns, which are read of one file alone; give one table with the columns of both`,
+    );
+  }
   const texts = log.head.slice(layout.linesBefore, -1).map((line) => splitLine(line, layout.delimiter));
   const time = ['1', '2', '3', '4'].find((_, place) => increases(texts.map((row) => row[place])));
   if (time === undefined) throw new Failure(`${file.name}: none of its four columns increases as time does`);
