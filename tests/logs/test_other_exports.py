@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import tumble
+from log_fixtures import read
 from tumble.foundation.errors import LogError
+from tumble.logs import ReadOptions, open_recording
 
 MICROSTRAIN = (
     "DATA_START\n"
@@ -60,3 +62,27 @@ def test_own_formats_of_makers_get_the_export_to_make(tmp_path, content, remedy)
     with pytest.raises(LogError, match=remedy) as refused:
         tumble.open_recording(path)
     assert "\n" not in str(refused.value)
+
+
+METADATA = "version,device name,platform,standardisation\n3,a phone,{platform},{standardised}\n"
+
+
+@pytest.mark.parametrize(
+    ("platform", "standardised", "sign"),
+    [("ios", "false", -1.0), ("ios", "true", 1.0), ("android", "false", 1.0), (None, None, 1.0)],
+)
+def test_sensor_logger_without_standard_axes_reads_minus_g(tmp_path, platform, standardised, sign):
+    unit = 9.80665 if sign < 0.0 else 1.0
+    for name, z in (("Accelerometer", 9.80665 * sign / unit), ("Gyroscope", 0.25)):
+        rows = [f"{1_700_000_000_000_000_000 + k * 10_000_000},{k / 100},{z},0.0,0.0" for k in range(400)]
+        text = "\n".join(["time,seconds_elapsed,z,y,x", *rows, ""])
+        (tmp_path / f"{name}Uncalibrated.csv").write_text(text, encoding="utf-8")
+    if platform:
+        stated = METADATA.format(platform=platform, standardised=standardised)
+        (tmp_path / "Metadata.csv").write_text(stated, encoding="utf-8")
+    stated = ReadOptions(gyroscope_unit="rad/s")
+    found = read(tmp_path, stated)
+    assert found.accelerometer[:, 2] == pytest.approx(np.full(400, 9.80665))
+    assert found.gyroscope[:, 2] == pytest.approx(np.full(400, 0.25))
+    remarks = open_recording(tmp_path, stated).metadata.remarks
+    assert any("sign of the accelerometer changed" in remark for remark in remarks) == (sign < 0.0)

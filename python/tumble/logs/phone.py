@@ -15,11 +15,13 @@ from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
 from tumble.logs.stated_units import unit_in
-from tumble.logs.text import SoughtTable, TextLayout, find_layout
+from tumble.logs.text import SoughtTable, TextLayout, find_layout, split_line
+from tumble.logs.text_file import open_text
 from tumble.logs.track import (
     DOCUMENTED,
     LoggedImu,
     LoggedMagnetometer,
+    RawSamples,
     StatedUnit,
     choose,
     joint_unit,
@@ -40,6 +42,9 @@ _AXIS = re.compile(
     r"(?P<axis>[xyz])(?:\s*\((?P<unit>.*)\))?"
 )
 _TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
+_METADATA = "Metadata.csv"
+"""What Sensor Logger states of a recording: a line of names, and a line of values."""
+_METADATA_BYTES = 1 << 14
 _WITHOUT_GRAVITY = "seconds_elapsed"
 """A column of Sensor Logger."""
 
@@ -77,12 +82,43 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
             f"{pair[0]}: gravity was removed; switch on Total Acceleration in Sensor Logger, and record again"
         )
     found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
+    unit = _stated(accelerometer, "accelerometer")
+    if _is_raw_of_ios(pair[0].parent):
+        found, unit = _with_sign_changed(found), unit or StatedUnit("g", DOCUMENTED)
     return replace(
         found,
-        accelerometer_unit=_stated(accelerometer, "accelerometer"),
+        accelerometer_unit=unit,
         gyroscope_unit=_stated(gyroscope, "gyroscope") or StatedUnit("rad/s", DOCUMENTED),
         time_unit=_stated(gyroscope, "time"),
         magnetometer=_magnetometer(pair[1].parent, options),
+    )
+
+
+def _is_raw_of_ios(folder: Path) -> bool:
+    """Returns whether Sensor Logger states that it wrote readings as iOS gives them: "Standardise" was off.
+
+    They are in g, and gravity with its sign: UNITS.md and COORDINATES.md of awesome-sensor-logger.
+    """
+    file = folder / _METADATA
+    if not is_file(file):
+        return False
+    note_input(file)
+    with open_text(file) as stream:
+        lines = stream.read(_METADATA_BYTES).decode("utf-8", "replace").splitlines()
+    names, values = ([field.lower() for field in split_line(line, ",")] for line in (*lines, "", "")[:2])
+    stated = dict(zip(names, values, strict=False))
+    return stated.get("platform") == "ios" and stated.get("standardisation") == "false"
+
+
+def _with_sign_changed(found: LoggedImu) -> LoggedImu:
+    def changed(samples: RawSamples) -> RawSamples:
+        return replace(samples, accelerometer=-samples.accelerometer)
+
+    return replace(
+        found,
+        read=lambda transform: found.read(lambda samples: transform(changed(samples))),
+        head=lambda: changed(found.head()),
+        notices=(*found.notices, f"sign of the accelerometer changed, as iOS reads -g upwards ({_METADATA})"),
     )
 
 
