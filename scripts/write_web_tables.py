@@ -76,6 +76,8 @@ def _columns() -> dict[str, Any]:
         "descriptors": columns._DESCRIPTORS,
         "degrees": columns._DEGREES,
         "longestName": columns._LONGEST_NAME,
+        "triadWords": {triad: sorted(words) for triad, words in columns._TRIAD_WORDS.items()},
+        "otherWords": sorted(columns._OTHER_WORDS),
     }
 
 

@@ -177,6 +177,18 @@ def test_a_pair_of_files_with_names_is_refused_in_one_line(tmp_path):
     assert found["failure"].startswith("wk_acc.csv: names its columns")
 
 
+@pytest.mark.parametrize("late", [0.0, 0.02])
+def test_stamps_of_a_gyroscope_are_read_as_by_the_command(tmp_path, late):
+    head, *rows = session(np.random.default_rng(drawn_seed()), 0.0).splitlines()
+    own = [f"{row},{int(row.split(',')[0]) + round(1e6 * late)}" for row in rows]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join([f"{head},gyro_time_us", *own, ""]), encoding="utf-8")
+    (by_page,) = headless([{"files": [str(path)], "read": {}, "date": DATE}])
+    by_page.pop("exports", None)
+    assert by_page == by_command(path, {})
+    assert ("failure" in by_page) == (late > 0.0)
+
+
 def session(rng, late: float) -> str:
     """Returns a log of twelve orientations, turned in between; stamps are late by up to so many seconds."""
     rate, rows, time = 100.0, ["time_us,ax [g],ay [g],az [g],gx [deg/s],gy [deg/s],gz [deg/s],temp"], 0.0

@@ -588,6 +588,8 @@ def _with_shared_gyroscope(imus: Mapping[str, ImuColumns]) -> dict[str, ImuColum
             gyroscope_unit=gyroscope.gyroscope_unit,
             time=imu.time or gyroscope.time,
             time_unit=imu.time_unit or gyroscope.time_unit,
+            gyroscope_time=None if imu.time is None or imu.time == gyroscope.time else gyroscope.time,
+            gyroscope_time_unit=gyroscope.time_unit,
         )
     if len(pairs) == 1:
         return {"": next(iter(pairs.values()))}
@@ -778,8 +780,8 @@ def _stamps(
         triad = next((triad for triad, words in _TRIAD_WORDS.items() if word in words), None)
         if triad is not None:
             own.setdefault(triad, name)
-        elif prefix and len(column.imu) > len(prefix) and column.imu[len(prefix)] in "_ ./:-":
-            own.setdefault("", name if word not in _OTHER_WORDS else "")
+        elif prefix and column.imu[len(prefix) :][:1] in _BETWEEN and word and word not in _OTHER_WORDS:
+            own.setdefault("", name)
     of_prefix = index.places.get(("time", 0, prefix))
     shared = of_prefix if prefix and of_prefix else own.get("") or usual or index.only_time
     force, rate = own.get("accelerometer") or shared, own.get("gyroscope") or shared
@@ -787,6 +789,7 @@ def _stamps(
     return force, None if rate == force else rate
 
 
+_BETWEEN = tuple("_ ./:-")
 _TRIAD_WORDS = {"accelerometer": frozenset(_long(_ACCELEROMETER)), "gyroscope": frozenset(_long(_GYROSCOPE))}
 _OTHER_WORDS = frozenset((*_long(_MAGNETOMETER), *_long(_TEMPERATURE), "header"))
 """Those of other sensors, and of headers of ROS, whose stamp its reader takes where there is one."""

@@ -112,6 +112,8 @@ export interface ImuColumns {
   accelerometer: string[] | undefined;
   gyroscope: string[] | undefined;
   time: string | undefined;
+  /** Stamps of the gyroscope where they are others than those of the accelerometer. */
+  rateTime?: string | undefined;
   temperature: string | undefined;
   units: Partial<Record<Quantity, string>>;
   /** Units that columns of the same sensor state as well. */
@@ -185,8 +187,7 @@ function imuColumns(
   const rate = triad(['gx', 'gy', 'gz'], 'gyroscope');
   const inPart = [force, rate].some((names) => names.includes(undefined) && names.some(Boolean));
   if (inPart || ![...force, ...rate].some(Boolean)) return undefined;
-  const times = [...recognised].filter(([, column]) => column?.quantity === 'time');
-  const time = shared('time', 'time') ?? (times.length === 1 ? times[0][0] : undefined);
+  const [time, rateTime] = stamps(prefix, recognised, stated, place('time', 0, prefix), place('time', 0, ''));
   const temperature = shared('temperature', 'temperature');
   const units: Partial<Record<Quantity, string>> = {};
   const named: [Quantity, (string | undefined)[]][] = [
@@ -209,11 +210,39 @@ function imuColumns(
     accelerometer: force[0] ? (force as string[]) : undefined,
     gyroscope: rate[0] ? (rate as string[]) : undefined,
     time,
+    rateTime: force[0] && rate[0] ? rateTime : undefined,
     temperature,
     units,
     others,
     unknown,
   };
+}
+
+/** Returns the stamps of an IMU, and those of its gyroscope where they are others. */
+function stamps(
+  prefix: string,
+  recognised: Recognised,
+  stated: Partial<Record<Channel, string>>,
+  ofPrefix: string | undefined,
+  plain: string | undefined,
+): [string | undefined, string | undefined] {
+  if (stated.time !== undefined) return [stated.time, undefined];
+  const own = new Map<string, string | undefined>();
+  const times = [...recognised].filter(([, column]) => column?.quantity === 'time');
+  for (const [name, column] of times) {
+    const imu = column!.imu;
+    if (!imu.startsWith(prefix)) continue;
+    const word = imu.slice(prefix.length).replaceAll(/^[_ .\/:-]+|[_ .\/:-]+$/g, '').toLowerCase();
+    const triad = Object.entries(table.triadWords).find(([, words]) => words.includes(word))?.[0];
+    const isOfImu = prefix !== '' && word !== '' && /^[_ .\/:-]/.test(imu.slice(prefix.length)) && !table.otherWords.includes(word);
+    if (triad && !own.has(triad)) own.set(triad, name);
+    else if (!triad && isOfImu && !own.has('')) own.set('', name);
+  }
+  const only = times.length === 1 ? times[0][0] : undefined;
+  const shared = (prefix ? ofPrefix : undefined) ?? own.get('') ?? ofPrefix ?? plain ?? only;
+  const force = own.get('accelerometer') ?? shared ?? own.get('gyroscope');
+  const rate = own.get('gyroscope') ?? shared ?? force;
+  return [force, rate === force ? undefined : rate];
 }
 
 function unitOf(name: string, quantity: Quantity, recognised: Recognised, stated: string[]): string | undefined {
@@ -240,7 +269,9 @@ function withSharedGyroscope(imus: Map<string, ImuColumns>): Map<string, ImuColu
     if (!partner || (!related.length && gyroscopes.length > 1)) return imus;
     const { gyroscope, time, units, others, unknown } = partner[1];
     pairs.set(name, {
-      ...imu, gyroscope, time: imu.time ?? time, units: { ...units, ...imu.units }, others: { ...others, ...imu.others },
+      ...imu, gyroscope, time: imu.time ?? time,
+      rateTime: imu.time === undefined || imu.time === time ? undefined : time,
+      units: { ...units, ...imu.units }, others: { ...others, ...imu.others },
       unknown: { ...unknown, ...imu.unknown },
     });
   }

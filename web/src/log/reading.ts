@@ -164,6 +164,7 @@ function openTable(file: LogFile, options: ReadOptions): Track {
   const all = read(imu);
   const columns = labels === undefined ? all : ofLabel(all, labels.rows, label);
   const { head, expected } = blocks(log, layout, all.lines.length);
+  if (options.rate === undefined) refuseOtherStamps(file.name, log, layout, imu, options.skipBadLines ?? false);
   const isDate = imu.time !== undefined && /^\d{4}-\d{2}-\d{2}/.test(layout.firstRow[layout.names.indexOf(imu.time)] ?? '');
   const written: ImuColumns['units'] =
     layout.preamble.get('units') === 'SI'
@@ -193,6 +194,20 @@ function openTable(file: LogFile, options: ReadOptions): Track {
     isCorrected: corrected,
     imu: named.size === 1 ? '' : wanted,
   };
+}
+
+/** Refuses a gyroscope with stamps of its own, which the command brings to those of the accelerometer. */
+function refuseOtherStamps(file: string, log: LogText, layout: TextLayout, imu: ImuColumns, skipBadLines: boolean): void {
+  const { time, rateTime } = imu;
+  if (time === undefined || rateTime === undefined) return;
+  const { values, lines } = readColumns(log, layout, [time, rateTime], file, skipBadLines);
+  const [force, rate] = [values.get(time)!, values.get(rateTime)!];
+  const at = force.findIndex((each, row) => !Object.is(each + 0, rate[row] + 0));
+  if (at < 0) return;
+  throw new Failure(
+    `${file}: line ${lines[at]}: ${time} is ${general(force[at], 15)} and ${rateTime} ${general(rate[at], 15)}: ` +
+      'bring the accelerometer to the stamps of the gyroscope with --interpolate',
+  );
 }
 
 interface NamedImu {
