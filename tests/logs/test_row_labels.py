@@ -1,4 +1,4 @@
-"""Rows of several IMUs in one file, told apart by a column: each label is an IMU of its own."""
+"""Rows of several IMUs in one file, distinguished by a column: each label is an IMU of its own."""
 
 from __future__ import annotations
 

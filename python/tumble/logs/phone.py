@@ -43,7 +43,7 @@ _AXIS = re.compile(
 )
 _TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
 _METADATA = "Metadata.csv"
-"""What Sensor Logger states of a recording: a line of names, and a line of values."""
+"""Facts that Sensor Logger states of a recording: a line of names, and a line of values."""
 _METADATA_BYTES = 1 << 14
 _WITHOUT_GRAVITY = "seconds_elapsed"
 """A column of Sensor Logger."""
