@@ -35,7 +35,7 @@ fsspec.register_implementation("endless", EndlessStore, clobber=True)
 
 @pytest.fixture(params=["time", "memory"])
 def bound(request, monkeypatch):
-    """What is said where time, or memory, is at its end."""
+    """Words for the bound, of time or of memory, that is at its end."""
     monkeypatch.setattr(stores, "STORES", {"endless"})
     if request.param == "time":
         monkeypatch.setattr(stores, "ANSWERING", 0.0)

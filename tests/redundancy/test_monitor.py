@@ -32,7 +32,7 @@ def test_secondary_is_the_source_before_a_primary_of_a_late_clock(ahead):
         (round(time, 2), unit, event, figures.get("reason"))
         for time, unit, event, figures in replay["events"]
     ]
-    assert events[0] == (0.02, 1, "selected", "primary failed")
+    assert events[0] == (0.1, 1, "selected", "primary failed")
     assert [event for event in events if event[1:3] == (1, "unhealthy")] == []
 
 

@@ -325,8 +325,13 @@ where
         if let Some((evidence, primary)) = self.evidence.get_mut(unit).zip(primary) {
             *sensor.of_mut(&mut evidence.at_rest) = RestInHealth::unknown();
             *sensor.of_mut(&mut evidence.taken) = 0;
-            // It reads what the primary reads from now on, and earlier readings are no evidence on its calibration.
-            evidence.gravity = primary.gravity;
+            // A calibrated unit reads what the primary reads. Its earlier readings are no evidence on its calibration.
+            let is_comparable = Sensor::Accelerometer.of(&self.sensors).accepted().contains(unit);
+            evidence.gravity = if is_comparable {
+                primary.gravity
+            } else {
+                CarriedGravity::new()
+            };
             if sensor == Sensor::Gyroscope {
                 evidence.resting_rate = primary.resting_rate;
             }
