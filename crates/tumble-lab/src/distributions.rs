@@ -25,6 +25,19 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// Median, the mean of the two in the middle of an even number, by which `values` change their order; `None` of none.
+pub fn balanced_median(values: &mut [f64]) -> Option<f64> {
+    let upper = median(values)?;
+    let below = &values[..values.len() / 2];
+    let lower = below.iter().copied().max_by(f64::total_cmp);
+    let is_even = values.len() % 2 == 0;
+    Some(
+        lower
+            .filter(|_| is_even)
+            .map_or(upper, |lower| 0.5 * (lower + upper)),
+    )
+}
+
 /// Chance that a chi-square of `freedom` degrees of freedom is larger than `x`; NaN where `freedom` is not above zero.
 pub fn chi_square_tail(x: f64, freedom: f64) -> f64 {
     upper_gamma(0.5 * freedom, 0.5 * x)
@@ -263,10 +276,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_median_is_the_upper_of_the_sorted_middle(mut values in prop::collection::vec(-1e9_f64..1e9, 0..40)) {
+        fn medians_are_the_upper_and_the_mean_of_the_sorted_middle(mut values in prop::collection::vec(-1e9_f64..1e9, 0..40)) {
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
             prop_assert_eq!(median(&mut values), sorted.get(sorted.len() / 2).copied());
+            let middle = sorted.len().checked_sub(1).map(|last| 0.5 * (sorted[last / 2] + sorted[last.div_ceil(2)]));
+            prop_assert_eq!(balanced_median(&mut values), middle);
         }
     }
 

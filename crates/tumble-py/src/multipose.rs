@@ -10,6 +10,8 @@ use tumble_lab::acquisition::Tremor;
 use tumble_lab::multipose::accelerometer::PLACES;
 use tumble_lab::multipose::ferraris::FerrarisTriad;
 use tumble_lab::multipose::next_turn::NextTurn;
+use tumble_lab::multipose::stated_rate::{CRYSTAL, StampedRate};
+use tumble_lab::multipose::turn_bias::TurnBias;
 use tumble_lab::multipose::{
     FEWEST_DIRECTIONS, FULL_TURN_SIGMA, Faces, Gyroscope, KnownNoise, Multipose, MultiposeError,
     MultiposeSamples, MultiposeSettings, Pose, Section, SectionLabel, grouped, held_spans, multipose,
@@ -232,7 +234,34 @@ fn gyroscope_figures<'py>(py: Python<'py>, gyroscope: &Gyroscope) -> PyResult<Bo
     figures.set_item("implausible_scale", gyroscope.implausible_scale)?;
     figures.set_item("turn_excess", gyroscope.excess.turn.sqrt())?;
     figures.set_item("bias_excess", gyroscope.excess.rest.sqrt())?;
+    let bias = gyroscope.turn_bias.as_ref().map(|bias| turn_bias(py, bias));
+    figures.set_item("turn_bias", bias.transpose()?)?;
+    let band = gyroscope.dead_band.map(|band| (band.axis, band.half_width));
+    figures.set_item("dead_band", band)?;
+    figures.set_item("turn_widening", gyroscope.turn_widening)?;
     Ok(figures)
+}
+
+fn turn_bias<'py>(py: Python<'py>, bias: &TurnBias) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("difference", array1(py, &bias.difference))?;
+    figures.set_item("sigma", array1(py, &bias.sigma))?;
+    figures.set_item("chance", bias.chance)?;
+    figures.set_item("contradicts", bias.contradicts())?;
+    Ok(figures)
+}
+
+/// Rate that (n,) stamps, s, show beside one that was stated, Hz: with the samples that are missing, and whether clocks
+/// explain the difference; `None` where the stamps show none, or another unit.
+#[pyfunction]
+fn stamped_rate(
+    py: Python<'_>,
+    stamps: PyReadonlyArray1<'_, f64>,
+    stated: f64,
+) -> PyResult<Option<(f64, u64, bool)>> {
+    let stamps = stamps.as_slice()?;
+    let found = py.detach(|| StampedRate::of(stamps, stated));
+    Ok(found.map(|found| (found.shown, found.missing, found.agrees())))
 }
 
 fn turn_to_add<'py>(py: Python<'py>, next: &NextTurn) -> PyResult<Bound<'py, PyDict>> {
@@ -325,6 +354,8 @@ fn refusal_figures<'py>(py: Python<'py>, error: &MultiposeError) -> PyResult<Bou
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("FULL_TURN_SIGMA", FULL_TURN_SIGMA)?;
     module.add("FEWEST_DIRECTIONS", FEWEST_DIRECTIONS)?;
+    module.add("CRYSTAL", CRYSTAL)?;
+    module.add_function(wrap_pyfunction!(stamped_rate, module)?)?;
     module.add_function(wrap_pyfunction!(multipose_of, module)?)?;
     module.add_function(wrap_pyfunction!(held_rests, module)?)?;
     module.add_function(wrap_pyfunction!(multipose_directions, module)?)

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tumble_core::sample::CHANNELS;
 use tumble_lab::multipose::accelerometer::PLACES;
+use tumble_lab::multipose::stated_rate::StampedRate;
 use tumble_lab::multipose::{
     FULL_TURN_SIGMA, Gyroscope, KnownNoise, Multipose, MultiposeError, MultiposeSamples, MultiposeSettings,
     SectionLabel, multipose,
@@ -102,7 +103,23 @@ fn gyroscope(found: &Gyroscope) -> Value {
         "implausible_scale": found.implausible_scale,
         "turn_excess": found.excess.turn.sqrt(),
         "bias_excess": found.excess.rest.sqrt(),
+        "turn_bias": found.turn_bias.as_ref().map(|bias| json!({
+            "difference": vector(&bias.difference),
+            "sigma": vector(&bias.sigma),
+            "contradicts": bias.contradicts(),
+        })),
+        "dead_band": found.dead_band.map(|band| (band.axis, band.half_width)),
+        "turn_widening": found.turn_widening,
     })
+}
+
+/// Rate that stamps show beside one that was stated, Hz; null where they show none.
+pub fn stamped_rate(stamps: &[f64], stated: f64) -> Value {
+    json!(StampedRate::of(stamps, stated).map(|found| json!({
+        "shown": found.shown,
+        "missing": found.missing,
+        "agrees": found.agrees(),
+    })))
 }
 
 fn triad(found: &TriadCalibration) -> Value {

@@ -21,6 +21,8 @@ enum PageRequest {
     SampleTimes,
     /// Calibration of a unit that was held in many orientations.
     Multipose(multipose::MultiposeRequest),
+    /// Rate of stamps, beside one that was stated, Hz.
+    StampedRate { stated: f64 },
     /// A quantile of Student's distribution.
     StudentQuantile { probability: f64, freedom: f64 },
 }
@@ -34,6 +36,7 @@ pub fn answer(request: &[u8], numbers: &mut [f64]) -> Value {
         Ok(PageRequest::FailedReads) => json!(failed_reads(numbers.as_chunks().0)),
         Ok(PageRequest::SampleTimes) => stamps::sample_times(numbers),
         Ok(PageRequest::Multipose(settings)) => multipose::calibrate(&settings, numbers),
+        Ok(PageRequest::StampedRate { stated }) => multipose::stamped_rate(numbers, stated),
         Ok(PageRequest::StudentQuantile { probability, freedom }) => {
             json!(student_quantile(probability, freedom))
         }

@@ -3,10 +3,12 @@
 //! [`multipose()`] takes the samples of one unit. [`accelerometer`] fits the length of gravity at the rests,
 //! [`gyroscope`] how gravity turned between them, both by [`constant_length`](crate::constant_length).
 //! [`next_orientation`] and [`next_turn`] report how well the poses determine the result, `nominal_scale` guesses the
-//! scale of an unknown unit's counts. [`sections`] are stretches that somebody labelled; six [`faces`] of a box are a
+//! scale of an unknown unit's counts. [`turn_bias`] and [`dead_band`] are gyroscopes that read otherwise in turns than at
+//! rest, [`stated_rate`] a sample rate beside stamps. [`sections`] are stretches that somebody labelled; six [`faces`] of a box are a
 //! case of their own, beside which stand the formulas of [`ferraris`].
 
 pub mod accelerometer;
+pub mod dead_band;
 mod error;
 pub mod faces;
 pub mod ferraris;
@@ -21,7 +23,9 @@ pub mod rotation_response;
 mod samples;
 pub mod sections;
 mod settings;
+pub mod stated_rate;
 mod time_base;
+pub mod turn_bias;
 
 #[cfg(test)]
 mod tests;

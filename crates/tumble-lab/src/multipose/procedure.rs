@@ -14,6 +14,7 @@ use tumble_core::turntable::reference::earth_variance;
 use super::accelerometer::{
     AccelerometerFit, NonLinearity, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
 };
+use super::dead_band::{TurnDeadBand, dead_band};
 use super::error::MultiposeError;
 use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
 use super::ferraris::{Ferraris, ferraris};
@@ -30,6 +31,7 @@ use super::samples::MultiposeSamples;
 use super::sections::{Section, take_labelled, take_rests};
 use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use super::time_base::implausible_scale;
+use super::turn_bias::{TurnBias, turn_bias, turn_widening};
 use crate::acquisition::{Acquired, Tremor, interval};
 use crate::constant_length::influence::Influence;
 use crate::constant_length::residual::LengthResidual;
@@ -76,6 +78,12 @@ pub struct Gyroscope {
     pub implausible_scale: Option<f64>,
     /// Root mean square of the angles, rad, with g-sensitivity, where it was not fitted and the bias depends on attitude.
     pub with_g_sensitivity: Option<f64>,
+    /// Its bias in turns less that at rest, where the turns show it.
+    pub turn_bias: Option<TurnBias>,
+    /// Its widest dead band, where it has one.
+    pub dead_band: Option<TurnDeadBand>,
+    /// Factor by which turns are off beyond noise and a bias that varies; 1 where they are not.
+    pub turn_widening: f64,
 }
 
 impl Gyroscope {
@@ -464,6 +472,9 @@ impl<'a> Centred<'a> {
             implausible_scale: implausible_scale(&calibration),
             angles: rates.angle_before.iter().copied().zip(rates.angles()).collect(),
             with_g_sensitivity: with_g_sensitivity(&data, &rates),
+            turn_bias: turn_bias(&data, &rates),
+            dead_band: dead_band(&self.rates_at_rest(unit), &data.turns),
+            turn_widening: turn_widening(&rates),
             calibration,
             excess: rates.excess,
             next: next_turn(&data, &rates),
@@ -514,6 +525,15 @@ impl<'a> Centred<'a> {
         sections.iter().filter_map(of).collect()
     }
 
+    /// Readings of the gyroscope at each rest, rad/s.
+    fn rates_at_rest(&self, unit: &Acquired) -> Vec<&[[f64; 3]]> {
+        let place = |time| self.place(unit.origin + seconds::<f64>(time));
+        let rests = unit.rests.iter();
+        rests
+            .map(|rest| &self.rate[place(rest.start)..place(rest.end)])
+            .collect()
+    }
+
     /// The turns that were recorded whole.
     fn turns(&self, unit: &Acquired, forces: &CalibratedForces, settings: &MultiposeSettings) -> Vec<Turn> {
         let whole = unit.turns.iter().enumerate().filter(|(_, turn)| turn.complete);
@@ -544,11 +564,13 @@ impl<'a> Centred<'a> {
 
     /// The sample nearest to a time, s.
     fn index(&self, time: f64) -> usize {
+        self.place(time).min(self.given.time.len() - 1)
+    }
+
+    /// Number of samples before a time, s.
+    fn place(&self, time: f64) -> usize {
         // Segments know their times to the microsecond.
-        self.given
-            .time
-            .partition_point(|t| *t < time - 1e-6)
-            .min(self.given.time.len() - 1)
+        self.given.time.partition_point(|t| *t < time - 1e-6)
     }
 }
 

@@ -190,9 +190,18 @@ impl IntegratedTurn {
     /// that was asked for (docs/theory/multipose.md, eq. 14).
     pub fn derivative(&self, to: &Vector3<f64>, case_from_sensor: &Matrix3<f64>) -> DMatrix<f64> {
         let turning = -cross_matrix(to);
+        self.by_unknown(|response| turning * response * case_from_sensor) // eq. 14
+    }
+
+    /// Derivative of the rotation vector of the end, in the case there, by the same unknowns.
+    pub fn rotation_derivative(&self, case_from_sensor: &Matrix3<f64>) -> DMatrix<f64> {
+        self.by_unknown(|response| response * case_from_sensor)
+    }
+
+    fn by_unknown(&self, of: impl Fn(&Matrix3<f64>) -> Matrix3<f64>) -> DMatrix<f64> {
         let mut derivative = DMatrix::zeros(3, 3 * self.response.len());
         for (column, response) in self.response.iter().enumerate() {
-            let each = turning * response * case_from_sensor; // eq. 14
+            let each = of(response);
             for row in 0..3 {
                 let unknown = match column {
                     0..3 => 3 * row + column,

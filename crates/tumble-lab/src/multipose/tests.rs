@@ -295,7 +295,10 @@ proptest! {
         prop_assert!((to - carried).amax() < 1e-12);
         let correction = at.model.correction().expect("invertible");
         let derivative = turned.derivative(&to, &correction.matrix);
+        let turning = turned.rotation_derivative(&correction.matrix);
         for unknown in 0..21 {
+            let by_rotation = Vector3::from_column_slice(turning.column(unknown).as_slice()).cross(&to);
+            prop_assert!((derivative.column(unknown) - by_rotation).amax() < 1e-12, "unknown {}", unknown);
             let moved = |by: f64| {
                 let mut x = x;
                 x[unknown] += by;
