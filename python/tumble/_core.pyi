@@ -21,6 +21,7 @@ LEAST_TEMPERATURE_RANGE: float
 """K, that a drift is to be seen in."""
 
 FULL_TURN_SIGMA: float
+CRYSTAL: float
 """rad, by which a full turn by hand is taken to miss one."""
 
 RESPONSE_FALSE_ALARM: float
@@ -426,6 +427,14 @@ class NextTurnFigures(TypedDict):
 Tremor: TypeAlias = tuple[float, float]
 """Amplitude of the angular rate, rad/s, and frequency, Hz."""
 
+class TurnBiasFigures(TypedDict):
+    """See `tumble.procedures.multipose.turn_bias.TurnBias`."""
+
+    difference: FloatArray
+    sigma: FloatArray
+    chance: float
+    contradicts: bool
+
 class MultiposeGyroscope(TypedDict):
     """Angles in rad; `turns` are rests before and after; excess is what noise leaves, rad and rad/s."""
 
@@ -438,6 +447,11 @@ class MultiposeGyroscope(TypedDict):
     turn_excess: float
     bias_excess: float
     implausible_scale: float | None
+    turn_bias: TurnBiasFigures | None
+    dead_band: tuple[int, float] | None
+    """Place of the axis, and half the width, rad/s."""
+    turn_widening: float
+    """Factor by which turns are off beyond noise and a bias that varies."""
 
 class FerrarisFigures(TypedDict):
     """A triad by the formulas of Ferraris; `parameters` are values and differences in sigmas."""
@@ -497,6 +511,12 @@ def multipose_of(
 def held_rests(
     time: FloatArray, force: FloatArray, rate: FloatArray, shortest: float
 ) -> list[tuple[int, int]]: ...
+def stamped_rate(stamps: FloatArray, stated: float) -> tuple[float, int, bool] | None:
+    """Rate, Hz, that (n,) stamps, s, show beside one that was stated, Hz; None where they show none.
+
+    With it the number of missing samples, and whether clocks explain the difference.
+    """
+
 def multipose_directions(force: FloatArray) -> list[int]: ...
 def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
 def gyroscope_consistency(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...

@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pandas
 import pytest
-from scipy.spatial.transform import Rotation
 
 import tumble
 from repetitions import drawn_seed, few
 from tumble import ReadOptions
 from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 from tumble.procedures.multipose.report.text import sentences
-from tumble.procedures.multipose.turn_bias import _Turn
 from tumble.tools.simulate import simulate_multipose
 from turntable_sessions import typed
 
@@ -197,26 +195,3 @@ def test_the_command_ends_with_3_where_turns_contradict(tmp_path):
     done = typed("multipose", tmp_path / "log.csv", "-o", tmp_path / "out")
     assert done.code == 3
     assert "zeroes itself at rest" in " ".join(done.text.split())
-
-
-def test_the_response_of_a_turn_is_its_derivative():
-    random = np.random.default_rng(drawn_seed())
-    rates, steps = random.normal(size=(80, 3)), np.full(80, 0.01)
-    turn = _Turn(0.8, rates, steps, np.array([0.0, 0.0, 1.0]))
-    matrix = np.eye(3) + 0.02 * random.normal(size=(3, 3))
-    correction = np.linalg.inv(matrix)
-
-    def end(change):
-        """Case at the end from case at the start, with these changes of [M row by row, b]."""
-        true = (rates @ matrix.T - change[9:]) @ np.linalg.inv(matrix + change[:9].reshape(3, 3)).T
-        turned = Rotation.identity()
-        for rate in true:
-            turned = Rotation.from_rotvec(-0.01 * rate) * turned
-        return turned
-
-    response = turn.response(correction)
-    for place in range(12):
-        change = np.zeros(12)
-        change[place] = 1e-6
-        turned = (end(change) * end(-change).inv()).as_rotvec() / 2e-6
-        assert np.allclose(response[:, place], turned, atol=2e-2 * np.abs(turned).max() + 1e-6)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.clock_skew import MOST_SKEW, lower_hull
 from tumble.foundation.recording import FloatArray
 from tumble.logs import parquet
@@ -39,7 +40,7 @@ LEAST_STEP = 1e-4
 """s from a sample to one after a leap, where the step of neither side is known."""
 LEAST_SPAN = 20.0
 """s over which delays show a skew; over less the clock is taken to be right, as that of a crystal is."""
-CRYSTAL = 1e-4
+CRYSTAL = _core.CRYSTAL
 """1-sigma of the pace of such a clock."""
 SUPPORT = 2.0
 """1-sigma of the line's end, in mean heights of the quickest of each second over the root of their number."""

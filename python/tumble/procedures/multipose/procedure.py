@@ -52,7 +52,7 @@ from tumble.poses.triads import triad_result
 from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
 from tumble.procedures.magnetometer.procedure import calibrated, resting_accelerometer, track_of
 from tumble.procedures.magnetometer.result import MagnetometerResult
-from tumble.procedures.multipose.dead_band import dead_band
+from tumble.procedures.multipose.dead_band import DeadBand
 from tumble.procedures.multipose.messages import (
     MORE_MAY_SHOW,
     NO_SENSOR_HAS,
@@ -86,7 +86,7 @@ from tumble.procedures.multipose.sections import (
     sections_of_folder,
 )
 from tumble.procedures.multipose.stated_rate import StampedRate, stamped_rate
-from tumble.procedures.multipose.turn_bias import turn_bias, turn_widening
+from tumble.procedures.multipose.turn_bias import TurnBias
 
 OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
 """Reason why the mounting of the accelerometer is not observable."""
@@ -243,8 +243,8 @@ def multipose(
     found = replace(unit, acquired=figures["acquired"])
     gyroscope = _gyroscope(figures, found.acquired)
     stamped = stamped_rate(source, read) if has_gyroscope and not pose_means else None
-    if gyroscope is not None:
-        objections = _about_turns(figures, stamped, used, before, on_faces=on_faces)
+    if gyroscope is not None and figures["gyroscope"] is not None:
+        objections = _about_turns(figures["gyroscope"], stamped, on_faces=on_faces)
         gyroscope = replace(gyroscope, objections=(*gyroscope.objections, *objections))
     reason = _gyroscope_reason(figures, has_gyroscope)
     magnetic, magnetic_reason = _magnetometer(track, magnetometer, figures, unit, current=current)
@@ -553,40 +553,19 @@ def _gyroscope_reason(figures: _core.MultiposeFigures, has_gyroscope: bool) -> s
 
 
 def _about_turns(
-    figures: _core.MultiposeFigures,
-    stamped: StampedRate | None,
-    used: Chunk,
-    before: Calibration | None,
-    *,
-    on_faces: bool,
+    figures: _core.MultiposeGyroscope, stamped: StampedRate | None, *, on_faces: bool
 ) -> Iterator[str]:
     """Lists what makes the gyroscope of the turns another one than that of the fit."""
     if stamped is not None and not stamped.agrees:
         yield stamped.sentence()
-    scale = figures["nominal_scale"]
-
-    def samples(first: int, end: int) -> Chunk:
-        chunk = Chunk(
-            used.time[first:end],
-            used.accelerometer[first:end],
-            used.gyroscope[first:end],
-            None if used.temperature is None else used.temperature[first:end],
-        )
-        if scale is not None:
-            chunk = replace(
-                chunk, accelerometer=scale[0] * chunk.accelerometer, gyroscope=scale[1] * chunk.gyroscope
-            )
-        return chunk if before is None else before.at_reference(chunk)
-
-    band = dead_band(figures, used.time, samples)
-    bias = turn_bias(figures, used.time, samples)
+    band, bias = figures["dead_band"], figures["turn_bias"]
     if band is not None:
-        yield band.sentence()
-    elif bias is not None and bias.contradicts:
-        yield bias.sentence()
+        yield DeadBand(*band).sentence()
+    elif bias is not None and bias["contradicts"]:
+        yield TurnBias(**bias).sentence()
     elif (stamped is None or stamped.agrees) and not on_faces:
         # On faces full turns show the scale, within the degree that a hand and an edge are known to.
-        widening = turn_widening(figures)
+        widening = figures["turn_widening"]
         if widening > LARGEST_WIDENING:
             yield NOT_RANDOM.format(times=widening)
 

@@ -5,29 +5,15 @@ Method: docs/theory/multipose.md, section 8.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.errors import LogError
-from tumble.foundation.recording import FloatArray, Recording, RecordingSource
+from tumble.foundation.recording import Recording, RecordingSource
 from tumble.foundation.words import count_of
 from tumble.logs import ReadOptions, open_recording
-from tumble.logs.session_clock import CRYSTAL
-
-SIGMAS = 5.0
-"""Sigmas of the pace of a crystal by which two rates of one sensor may differ."""
-OF_ANOTHER_UNIT = 1.15
-"""Ratio of rates from which stamps count another unit: turns show a rate that is so far off (eq. 32)."""
-FEWEST = 100
-"""Samples whose stamps show a rate."""
-HOLE = 1.5
-"""Mean steps from which a step holds a missing sample."""
-EVEN = (0.75, 1.25)
-"""Usual steps between which a step is even."""
-MOSTLY = 0.8
-"""Share of even steps of a log in which a longer step is a hole, and no late stamp."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +26,8 @@ class StampedRate:
     """Hz, mean of the log."""
     missing: int
     """Samples that are missing between the stamps."""
-    tolerance: float
-    """Largest relative difference of the two that clocks and the ends of the log explain."""
-
-    @property
-    def agrees(self) -> bool:
-        """Returns whether clocks explain the difference of the rates."""
-        return abs(math.log(self.shown / self.stated)) <= self.tolerance
+    agrees: bool
+    """True where clocks and the ends of the log explain the difference of the rates."""
 
     def sentence(self) -> str:
         """Names both rates, and the samples that are missing."""
@@ -75,21 +56,5 @@ def stamped_rate(source: RecordingSource, read: ReadOptions | None) -> StampedRa
     except LogError:
         # Stamps that nobody can read are why a rate is stated.
         return None
-    return _compared(stamps, read.rate)
-
-
-def _compared(stamps: FloatArray, stated: float) -> StampedRate | None:
-    steps = np.diff(stamps)
-    if len(stamps) < FEWEST or not np.isfinite(steps).all() or steps.min() < 0.0 or stamps[-1] <= stamps[0]:
-        return None
-    span = float(stamps[-1] - stamps[0])
-    usual = float(np.median(steps))
-    low, high = EVEN
-    is_even = np.mean((steps >= low * usual) & (steps <= high * usual)) > MOSTLY
-    holes = steps > HOLE * usual if is_even else np.zeros(len(steps), dtype=bool)
-    missing = int(np.sum(np.round(steps[holes] / usual) - 1.0)) if is_even else 0
-    if abs(math.log((len(steps) + missing) / span / stated)) > math.log(OF_ANOTHER_UNIT):
-        return None
-    # A stamp at either end is known to a step.
-    tolerance = SIGMAS * CRYSTAL + float(steps[~holes].max()) / span
-    return StampedRate(stated, len(steps) / span, missing, tolerance)
+    shown = _core.stamped_rate(stamps, read.rate)
+    return None if shown is None else StampedRate(read.rate, *shown)
