@@ -30,7 +30,7 @@ pub fn balanced_median(values: &mut [f64]) -> Option<f64> {
     let upper = median(values)?;
     let below = &values[..values.len() / 2];
     let lower = below.iter().copied().max_by(f64::total_cmp);
-    let is_even = values.len() % 2 == 0;
+    let is_even = values.len().is_multiple_of(2);
     Some(
         lower
             .filter(|_| is_even)
