@@ -184,6 +184,8 @@ def _multipose() -> dict[str, Any]:
         "shares": messages._UNKNOWNS,
         "notableShare": messages.NOTABLE_SHARE,
         "sixFaces": messages.SIX_FACES,
+        "noSensorHas": messages.NO_SENSOR_HAS,
+        "notRandom": messages.NOT_RANDOM,
         "refusals": _refusals(),
         "units": CALIBRATED_UNITS,
         "stimuli": triads._STIMULI,

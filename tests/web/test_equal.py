@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions
 from tumble.logs.columns import recognise
 from tumble.tools.exchange.registry import TARGETS
+from tumble.tools.simulate import simulate_multipose
 from web_page import headless
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -187,6 +189,80 @@ def test_stamps_of_a_gyroscope_are_read_as_by_the_command(tmp_path, late):
     by_page.pop("exports", None)
     assert by_page == by_command(path, {})
     assert ("failure" in by_page) == (late > 0.0)
+
+
+CONTRADICTED = {
+    "lost_and_counted": "times what noise explains",
+    "lost_without_holes": "times what noise explains",
+    "zeroed_at_rest": "zeroes itself at rest",
+    "dead_band": "has a dead band",
+    "stated_101": "states 101 Hz, but the log's stamps show 100 Hz",
+    "lost_and_stated": "samples missing",
+    "stated_300": "which no sensor has",
+}
+"""A part of the objection by the log."""
+NOTED = {"one_lost_and_stated": "with 1 sample missing", "bent": "", "sound": ""}
+"""A part of a warning, or none, by logs that calibrate."""
+
+
+def test_contradictions_give_the_same_verdict_to_the_byte(tmp_path):
+    reads = {name: {"rate": rate} for name, rate in contradicting_logs(tmp_path)}
+    assert reads.keys() == {*CONTRADICTED, *NOTED}
+    paths = {name: tmp_path / f"{name}.csv" for name in reads}
+    jobs = []
+    for name, read in reads.items():
+        stated = {key: value for key, value in read.items() if value}
+        jobs.append({"files": [str(paths[name])], "read": stated, "date": DATE})
+    for (name, read), by_page in zip(reads.items(), headless(jobs), strict=True):
+        by_page.pop("exports", None)
+        assert by_page == by_command(paths[name], read), name
+        verdict = "model not met" if name in CONTRADICTED else "calibrated"
+        assert f"verdict: {verdict}" in by_page["text"].replace('"', ""), name
+        part = {**CONTRADICTED, **NOTED}[name]
+        assert not part or any(part in line for line in by_page["warnings"]), name
+
+
+def contradicting_logs(folder):
+    """Writes logs whose turns contradict their rests, or their stamps a stated rate; yields name and rate."""
+    seed = drawn_seed()
+    hand = simulate_multipose(
+        seed=seed,
+        grade="consumer",
+        orientations=24,
+        bias_instability=False,
+        g_sensitivity=False,
+        latitude_deg=None,
+        rate_hz=100.0,
+    )
+    samples, rng = hand.unit.samples, np.random.default_rng(seed)
+    even, force = np.arange(len(samples)) / 100.0, samples.accelerometer
+    rate = samples.gyroscope - hand.unit.gyroscope.b
+    is_rest = np.zeros(len(samples), dtype=bool)
+    for each in hand.session.rests:
+        is_rest |= (samples.time >= each.start) & (samples.time <= each.end)
+    most, one = rng.random(len(samples)) > 0.03, np.arange(len(samples)) != len(samples) // 2
+    zeroed = rate + np.where(is_rest[:, None], 0.0, [0.02, -0.01, 0.015])
+    deaf = np.where(np.abs(rate + 1e-3) < 0.04, 0.0, rate) + 1e-4 * rng.normal(size=rate.shape)
+    bent = force + 8e-5 * force**2
+    logs = {
+        "lost_and_counted": (None, most, samples.gyroscope, 100.0),
+        "lost_without_holes": (even[: most.sum()], most, samples.gyroscope, None),
+        "zeroed_at_rest": (even, slice(None), zeroed, None),
+        "dead_band": (even, slice(None), deaf, None),
+        "stated_101": (even, slice(None), samples.gyroscope, 101.0),
+        "lost_and_stated": (even[most], most, samples.gyroscope, 100.0),
+        "one_lost_and_stated": (even[one], one, samples.gyroscope, 100.0),
+        "stated_300": (None, slice(None), samples.gyroscope, 300.0),
+        "bent": (even, slice(None), samples.gyroscope, None),
+        "sound": (even, slice(None), samples.gyroscope, 100.0),
+    }
+    for name, (time, keep, rates, stated) in logs.items():
+        columns = {} if time is None else {"time (s)": time}
+        read = bent if name == "bent" else force
+        columns |= {f"a{axis} (m/s^2)": read[keep, k] for k, axis in enumerate("xyz")}
+        columns |= {f"g{axis} (rad/s)": rates[keep, k] for k, axis in enumerate("xyz")}
+        pandas.DataFrame(columns).to_csv(folder / f"{name}.csv", index=False)
+        yield name, stated
 
 
 def session(rng, late: float) -> str:

@@ -11,6 +11,12 @@ export function general(value: number, digits = 6): string {
   return trimmed(value.toFixed(Math.max(0, digits - 1 - power)));
 }
 
+/** Prints a number with its sign and so many significant digits, as `%+.2g` does. */
+export function withSign(value: number, digits: number): string {
+  const text = general(value, digits);
+  return text.startsWith('-') ? text : `+${text}`;
+}
+
 /** Prints a number of a sentence, with two significant digits at least and no exponent where there is a way around it. */
 export function plain(value: number): string {
   return Math.abs(value) >= 10 && Math.abs(value) < 1e6 ? value.toFixed(0) : general(value, 2);

@@ -34,6 +34,8 @@ export interface Recording {
   reading: Record<string, unknown>;
   paceSigma: number;
   stampSigma: number;
+  /** Stamps of the log, s, where a rate is stated beside them. */
+  stamps: Float64Array | undefined;
 }
 
 /** Says that a table holds several IMUs, and which. */
@@ -71,17 +73,8 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
         '--columns time=NAME, or give the sample rate with --rate, in Hz',
     );
   }
-  const { file, columns, rate, expected, head } = track;
-  const conversion = conversionFor({ file, ...columns, rate, expected, head }, options, withRate(track, options));
-  const converted = si(track, options, conversion);
-  const isDated = track.raw.time !== undefined && options.rate === undefined && countsFrom1970(converted.time.subarray(0, head));
-  const { samples, notices } = checked(core, converted, {
-    file,
-    lines: track.lines,
-    isDated,
-    hasGuessedRadians: conversion.gyroscope.doubt !== '',
-    badLines: track.badLines,
-  });
+  const { file, head } = track;
+  const { conversion, samples, notices } = sampled(core, track, options);
   const remarks = [...track.notices, conversion.temperature.remark].filter(Boolean);
   const doubts = [conversion.time.doubt, conversion.gyroscope.doubt].filter(Boolean);
   const recording: Recording = {
@@ -95,9 +88,38 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
     reading: readingOf(options, track.isCorrected),
     paceSigma: 0,
     stampSigma: 0,
+    stamps: stampsBesideRate(core, track, options),
   };
   const timed = options.rate === undefined && track.rate === undefined ? withSampleTimes(core, recording, head) : recording;
   return { ...timed, notices: [...timed.notices, ...doubts, ...notices] };
+}
+
+/** Returns the samples of a log in SI units, checked. */
+function sampled(core: Core, track: Track, options: ReadOptions) {
+  const { file, columns, rate, expected, head } = track;
+  const conversion = conversionFor({ file, ...columns, rate, expected, head }, options, withRate(track, options));
+  const converted = si(track, options, conversion);
+  const isDated = track.raw.time !== undefined && options.rate === undefined && countsFrom1970(converted.time.subarray(0, head));
+  const found = checked(core, converted, {
+    file,
+    lines: track.lines,
+    isDated,
+    hasGuessedRadians: conversion.gyroscope.doubt !== '',
+    badLines: track.badLines,
+  });
+  return { conversion, ...found };
+}
+
+/** Reads the stamps of a log for which a rate is stated; nothing where it has none, or they cannot be read. */
+function stampsBesideRate(core: Core, track: Track, options: ReadOptions): Float64Array | undefined {
+  if (options.rate === undefined || track.raw.time === undefined) return undefined;
+  try {
+    return sampled(core, track, { ...options, rate: undefined, raw: undefined }).samples.time;
+  } catch (error) {
+    // Stamps that nobody can read are why a rate is stated.
+    if (error instanceof Failure) return undefined;
+    throw error;
+  }
 }
 
 function nameOf(track: Track): string {

@@ -42,6 +42,20 @@ export interface AcquiredFigures {
 
 export type Refusal = [string, Record<string, number> & { shares?: number[]; missing?: string[] }];
 
+/** Bias that turns show less that of rests, rad/s. */
+export interface TurnBiasFigures {
+  difference: Vector;
+  sigma: Vector;
+  contradicts: boolean;
+}
+
+/** Rate that the stamps of a log show, Hz, beside one that was stated. */
+export interface StampedRate {
+  shown: number;
+  missing: number;
+  agrees: boolean;
+}
+
 export interface MultiposeFigures {
   refusal?: Refusal;
   tolerance: number;
@@ -68,6 +82,10 @@ export interface MultiposeFigures {
     implausible_scale: number | null;
     turn_excess: number;
     bias_excess: number;
+    turn_bias: TurnBiasFigures | null;
+    /** Place of the axis, and half the width, rad/s. */
+    dead_band: [number, number] | null;
+    turn_widening: number;
   } | null;
   gyroscope_refusal: Refusal | null;
   left_out: [number, number, [number, number] | null][];

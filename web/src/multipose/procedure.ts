@@ -7,8 +7,9 @@ import { select, type Samples } from '../log/checks';
 import type { ReadOptions } from '../log/conversion';
 import type { Recording } from '../log/reading';
 import { isImuStep, row, usualStep, type Rows } from '../log/units';
-import { countOf, general } from '../printed';
+import { countOf, general, withSign } from '../printed';
 import { rootMeanSquare } from '../statistics';
+import { contradictions, isAWarning, statedRate, statedRateWords } from './contradictions';
 import type { AcquiredFigures, MultiposeFigures } from './figures';
 import { explain, tremorWords } from './messages';
 import { lengthOfGravity } from './sphere';
@@ -98,6 +99,10 @@ function resultOf(
     figures.gyroscope === null
       ? undefined
       : triadResult(core, 'gyroscope', figures.gyroscope.calibration, noise.slice(3), instability.slice(3));
+  const stated = recording.hasGyroscope ? statedRate(core, recording, options.read.rate) : undefined;
+  if (gyroscope && figures.gyroscope) {
+    gyroscope.objections.push(...contradictions(figures.gyroscope, stated, options.faces ?? false));
+  }
   const triads = [accelerometer, ...(gyroscope ? [gyroscope] : [])];
   const isMet = triads.every((each) => each.widening <= table.largestWidening && each.objections.length === 0);
   const { time } = recording.samples;
@@ -127,7 +132,8 @@ function resultOf(
     },
     warnings: [],
   };
-  result.warnings = [...warnings(result, unit, frozen)];
+  const aboutRate = stated && isAWarning(stated, gyroscope !== undefined) ? [statedRateWords(stated)] : [];
+  result.warnings = [...warnings(result, unit, frozen), ...aboutRate];
   return result;
 }
 
@@ -309,7 +315,16 @@ function* warnings(result: MultiposeResult, unit: AcquiredFigures, frozen: [numb
   if (!options.faces && result.directions - 9 < table.fewToCheck) {
     yield `${result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 are good`;
   }
+  if (figures.non_linearity) yield aboutNonLinearity(figures.non_linearity);
   yield* aboutPoses(result);
+  const scale = figures.gyroscope?.implausible_scale;
+  if (scale) {
+    const rate = figures.acquired.samples / Math.max(result.duration, 1e-9);
+    yield table.noSensorHas
+      .replace('{scale:.2f}', scale.toFixed(2))
+      .replace('{probable:.4g}', general(rate * scale, 4))
+      .replace('{rate:.4g}', general(rate, 4));
+  }
   const rejected = figures.acquired.rejected_rests;
   for (const [first, last, tremor] of figures.left_out) {
     if (rejected.some(([from, to]) => from < last && first < to)) continue;
@@ -324,6 +339,23 @@ function* warnings(result: MultiposeResult, unit: AcquiredFigures, frozen: [numb
       yield `${triad.triad}: residuals are ${triad.widening.toFixed(1)} times what noise explains; its sigmas include that`;
     }
   }
+}
+
+function aboutNonLinearity([square, magnitude]: [number[][], number[][]]): string {
+  const bySquare = eachAxis(square, 1e6 * tables.units.gravity);
+  // A term by the magnitude is half of what the scales of both signs differ by.
+  const bySign = eachAxis(magnitude, 2e6);
+  return (
+    `the accelerometer is not linear: by the square of the force it reads ${bySquare} ug/g^2 more, and scales of both ` +
+    `signs differ by ${bySign} ppm; bias and scale are found beside that, which no correction takes off`
+  );
+}
+
+function eachAxis([values, sigmas]: number[][], factor: number): string {
+  const each = values.map(
+    (value, axis) => `${'xyz'[axis]} ${withSign(factor * value, 2)} ± ${general(factor * sigmas[axis], 1)}`,
+  );
+  return each.join(', ');
 }
 
 function* aboutPoses({ figures, options }: MultiposeResult): Generator<string> {
