@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.results import LARGEST_WIDENING, Verdict
@@ -17,7 +17,7 @@ _MEANINGS: dict[Verdict, str] = {
 
 def doubts(calibration: Calibration) -> Iterator[str]:
     """Returns procedures with a verdict that whoever uses the calibration has to know."""
-    return _with_verdict(calibration, tuple(_MEANINGS))
+    return _with_verdict(calibration, _MEANINGS)
 
 
 def unmet(calibration: Calibration) -> Iterator[str]:
@@ -25,16 +25,16 @@ def unmet(calibration: Calibration) -> Iterator[str]:
     return _with_verdict(calibration, ("model not met",))
 
 
-def _with_verdict(calibration: Calibration, bad: Sequence[Verdict]) -> Iterator[str]:
+def _with_verdict(calibration: Calibration, bad: Container[Verdict]) -> Iterator[str]:
     procedure = calibration.method.procedure if calibration.method is not None else ""
     verdicts = [(calibration.verdict or _by_sigmas(calibration), procedure, calibration.date)]
     verdicts += [(each.verdict, each.method.procedure, each.date) for each in calibration.contributions or ()]
     for verdict, found_by, date in verdicts:
-        for each in bad:
-            if verdict == each:
+        for each, meaning in _MEANINGS.items():
+            if verdict == each and each in bad:
                 when = f", {date[:10]}" if date else ""
                 run = f" ({found_by}{when})" if found_by else ""
-                yield f"the calibration {calibration.name} has the verdict {each!r}{run}: {_MEANINGS[each]}"
+                yield f"the calibration {calibration.name} has the verdict {verdict!r}{run}: {meaning}"
 
 
 def _by_sigmas(calibration: Calibration) -> Verdict | None:
