@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from live_fixtures import HEADER, chunks_of, pieces_of, resting, samples_of, scripted, text_lines
 from tumble.foundation.errors import LogError
+from tumble.live.labels import LabelReader
+from tumble.logs import ReadOptions
 
 TABLE = resting(120)
 
@@ -230,3 +232,10 @@ def test_samples_without_a_number_are_left_out_until_too_many():
     broken = TABLE.copy()
     broken[60:, 5] = np.nan
     assert "50 samples in a row are not numbers" in refusal([text_lines(broken)])
+
+
+def test_an_object_that_gives_a_key_twice_is_no_sample():
+    """Whichever of both values counted, it would be a guess."""
+    text = b'{"t": 1.0, "ax": 0.1, "ay": 0.0, "az": 9.8, "gx": 0.0, "gy": 0.0, "gz": 0.0, "ax": 5.0}\n'
+    (row,) = LabelReader(ReadOptions()).read([text])
+    assert isinstance(row.row, str)

@@ -57,6 +57,8 @@ CONDITIONS = ("", "as found", "as left")
 NewRows: TypeAlias = dict[str, list[dict[str, Value]]]
 """Rows to add, by table."""
 _MOST_LISTED = 1000
+_LARGEST_NUMBER = (1 << 63) - 1
+"""Largest integer of SQLite and PostgreSQL."""
 _BATCH = 25
 """Results of one transaction: others wait no longer than these take."""
 
@@ -637,6 +639,8 @@ def _append(
     e = tables.entry
     last = connection.execute(select(e).order_by(e.c.number.desc()).limit(1)).mappings().one_or_none()
     number = 1 if last is None else last["number"] + 1
+    if number > _LARGEST_NUMBER:
+        raise damaged("numbers of entries", f"{number - 1} is the largest that can be stored")
     whole: dict[str, list[Record]] = {
         table: [{**{key: stored(value) for key, value in row.items()}, "entry": number} for row in found]
         for table, found in rows.items()

@@ -24,7 +24,17 @@ ROWS_TO_HEAR = 20
 ROWS_WITHOUT_LABEL = 5
 """Rows without a label after which they are those that are read, unless more have one: some are torn."""
 _PREFIXED = re.compile(r"(?P<label>[A-Za-z_][\w./-]*)\s*(?P<between>[:,;|\s])\s*(?P<row>[^\s].*)")
-_JSON = json.JSONDecoder(parse_int=float)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Returns the object of its keys; raises `ValueError` where one is given twice: neither value counts."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key is given twice")
+    return found
+
+
+_JSON = json.JSONDecoder(parse_int=float, object_pairs_hook=_once)
 """An integer of any length is a number, and one of a thousand digits is infinite."""
 _NUMBERS_IN_WORDS = ("nan", "inf", "infinity")
 _BEGIN_NUMBER = frozenset("0123456789+-.")

@@ -473,7 +473,7 @@ def _is_corrupted_name(known: _Layout, old: str, new: str) -> bool:
         return SequenceMatcher(None, old, new).ratio() >= LIKE
     letters = sum(one != other for one, other in zip(old, new, strict=False))
     before = recognise(old)
-    same = before is not None and replace(before, unit=None) == column
+    same = before is not None and replace(before, unit=None) == replace(column, unknown="")
     return same and len(old) == len(new) and letters == 1
 
 
