@@ -218,6 +218,14 @@ function imuColumns(
   };
 }
 
+/** Returns a text without some letters at its ends. */
+function stripped(text: string, letters: string): string {
+  let [start, end] = [0, text.length];
+  while (start < end && letters.includes(text[start])) start += 1;
+  while (start < end && letters.includes(text[end - 1])) end -= 1;
+  return text.slice(start, end);
+}
+
 /** Returns the stamps of an IMU, and those of its gyroscope where they are others. */
 function stamps(
   prefix: string,
@@ -232,7 +240,7 @@ function stamps(
   for (const [name, column] of times) {
     const imu = column!.imu;
     if (!imu.startsWith(prefix)) continue;
-    const word = imu.slice(prefix.length).replaceAll(/^[_ .\/:-]+|[_ .\/:-]+$/g, '').toLowerCase();
+    const word = stripped(imu.slice(prefix.length), '_ ./:-').toLowerCase();
     const triad = Object.entries(table.triadWords).find(([, words]) => words.includes(word))?.[0];
     const isOfImu = prefix !== '' && word !== '' && /^[_ .\/:-]/.test(imu.slice(prefix.length)) && !table.otherWords.includes(word);
     if (triad && !own.has(triad)) own.set(triad, name);
