@@ -1,7 +1,8 @@
 /** Rows of a table that a column labels with the IMU they are of: each label is an IMU of its own. */
 
 import tables from 'tables';
-import { pattern, type ImuColumns } from './columns';
+import type { ImuColumns } from './columns';
+import { pattern } from './pattern';
 import { splitLine, type LogText, type TextLayout } from './text';
 
 const table = tables.labels;
