@@ -12,7 +12,7 @@ import pytest
 import tumble
 from log_fixtures import made_up, write
 from tumble.foundation.file_names import TAKEN, file_stem, unit_stem
-from tumble.foundation.files import PAGE, check_output, write_text
+from tumble.foundation.files import PAGE, check_output, refuse_others_name, write_text
 from turntable_sessions import contents, one_line, typed
 
 PACKAGE = Path(tumble.__file__).parent
@@ -209,3 +209,20 @@ def test_first_reported_condition_is_the_most_important_one(words, part):
     assert done.code == 2
     assert part in done.err
     assert "--output" not in done.err
+
+
+@pytest.mark.parametrize("looks", range(1, 6))
+def test_a_file_that_is_removed_meanwhile_is_no_other_file(tmp_path, monkeypatch, looks):
+    """SQLite removes its journals whenever the last program leaves a registry."""
+    path, look, count = tmp_path / "lab.db-wal", Path.stat, iter(range(1, 100))
+    path.write_text("journal")
+
+    def look_and_remove(self, **options):
+        try:
+            return look(self, **options)
+        finally:
+            if next(count) == looks:
+                path.unlink()
+
+    monkeypatch.setattr(Path, "stat", look_and_remove)
+    refuse_others_name(path)

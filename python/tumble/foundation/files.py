@@ -552,11 +552,15 @@ def _is_own_name(path: Path) -> bool:
 
 def refuse_others_name(path: Path) -> None:
     """Raises `OutputError` where writing would reach another file, or wait: by a link, a device or a pipe."""
-    if is_link(path):
+    # Another program may remove it at any time: one look decides.
+    status = status_of(path, follow=False)
+    if status is None or stat.S_ISDIR(status.st_mode):
+        return
+    if stat.S_ISLNK(status.st_mode):
         raise OutputError(f"{path}: is a link, and is kept; give a name that is none, or remove it first")
-    if is_special(path):
+    if not stat.S_ISREG(status.st_mode):
         raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
-    if stands_there(path) and not is_folder(path) and not _is_own_name(path):
+    if status.st_nlink > 1:
         raise OutputError(
             f"{path}: is another file too, by a hard link, and is kept; give another name, or remove it first"
         )
