@@ -21,8 +21,10 @@ LEAST_TEMPERATURE_RANGE: float
 """K, that a drift is to be seen in."""
 
 FULL_TURN_SIGMA: float
-CRYSTAL: float
 """rad, by which a full turn by hand is taken to miss one."""
+
+CRYSTAL: float
+"""1 sigma of the pace of a crystal, relative."""
 
 RESPONSE_FALSE_ALARM: float
 """Chance of fitting a gyroscope's response to specific force where it has none."""

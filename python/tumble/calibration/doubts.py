@@ -7,7 +7,7 @@ from collections.abc import Container, Iterator
 from tumble.calibration.document import Calibration
 from tumble.foundation.results import LARGEST_WIDENING, Verdict
 
-_MEANINGS: dict[Verdict, str] = {
+_MEANINGS: dict[str, str] = {
     "fail": "it is not within its limits",
     "conditional fail": "it is not within its limits",
     "model not met": "its errors are larger than its sigmas say",
@@ -25,16 +25,16 @@ def unmet(calibration: Calibration) -> Iterator[str]:
     return _with_verdict(calibration, ("model not met",))
 
 
-def _with_verdict(calibration: Calibration, bad: Container[Verdict]) -> Iterator[str]:
+def _with_verdict(calibration: Calibration, bad: Container[str]) -> Iterator[str]:
     procedure = calibration.method.procedure if calibration.method is not None else ""
-    verdicts = [(calibration.verdict or _by_sigmas(calibration), procedure, calibration.date)]
+    verdicts = [(calibration.verdict or _by_sigmas(calibration) or "", procedure, calibration.date)]
     verdicts += [(each.verdict, each.method.procedure, each.date) for each in calibration.contributions or ()]
     for verdict, found_by, date in verdicts:
-        for each, meaning in _MEANINGS.items():
-            if verdict == each and each in bad:
-                when = f", {date[:10]}" if date else ""
-                run = f" ({found_by}{when})" if found_by else ""
-                yield f"the calibration {calibration.name} has the verdict {verdict!r}{run}: {meaning}"
+        if verdict in bad:
+            meaning = _MEANINGS[verdict]
+            when = f", {date[:10]}" if date else ""
+            run = f" ({found_by}{when})" if found_by else ""
+            yield f"the calibration {calibration.name} has the verdict {verdict!r}{run}: {meaning}"
 
 
 def _by_sigmas(calibration: Calibration) -> Verdict | None:

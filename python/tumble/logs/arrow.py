@@ -17,15 +17,7 @@ from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.own_stamps import with_own_stamps
-from tumble.logs.row_labels import (
-    LabelColumn,
-    NamedImu,
-    choose_named,
-    first_found,
-    imus_with_labels,
-    labels_for,
-    of_label,
-)
+from tumble.logs.row_labels import LabelColumn, NamedImu, choose_named, named_imus, of_label
 from tumble.logs.track import LoggedImu, RawSamples, Transform
 from tumble.logs.units_beside import KEYS, with_units_beside
 
@@ -55,16 +47,15 @@ def _by_prefix(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str,
 def _named(
     schema: pa.Schema, imus: Mapping[str, ImuColumns], options: ReadOptions, batches: Batches
 ) -> dict[str, NamedImu]:
-    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
-        for name in labels_for(columns, list(_leaf_fields(schema)), options.columns.values()):
-            column = LabelColumn(name)
-            for batch in batches([name]):
-                _add_labels(column, _flat(batch).column(name))
-                if not column.is_open:
-                    break
-            yield column
+    def gather(_columns: ImuColumns, name: str) -> LabelColumn:
+        column = LabelColumn(name)
+        for batch in batches([name]):
+            _add_labels(column, _flat(pa.Table.from_batches([batch])).column(name))
+            if not column.is_open:
+                break
+        return column
 
-    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+    return named_imus(imus, _leaf_fields(schema), options, gather)
 
 
 def _add_labels(column: LabelColumn, values: pa.ChunkedArray) -> None:
@@ -130,20 +121,16 @@ def imu_in(
 
 def _leaf_fields(schema: pa.Schema) -> dict[str, pa.Field]:
     """All columns by name; fields of a structure as `linear_acceleration.x`."""
-    table = schema.empty_table()
-    while any(pa.types.is_struct(field.type) for field in table.schema):
-        table = table.flatten()
-    return {field.name: field for field in table.schema}
+    return {field.name: field for field in _flat(schema.empty_table()).schema}
 
 
 def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
     """Returns the numbers in these columns; raises `LogError` where one holds something else."""
-    table = _flat(batch)
+    table = _flat(pa.Table.from_batches([batch]))
     return {name: _numbers(path, name, table.column(name)) for name in names}
 
 
-def _flat(batch: pa.RecordBatch) -> pa.Table:
-    table = pa.Table.from_batches([batch])
+def _flat(table: pa.Table) -> pa.Table:
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
     return table

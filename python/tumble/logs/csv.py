@@ -21,19 +21,11 @@ from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.logs.arrow_floats import as_floats
-from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
+from tumble.logs.columns import ImuColumns, find_imus, unread_accelerometers
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.own_stamps import with_own_stamps
-from tumble.logs.row_labels import (
-    LabelColumn,
-    NamedImu,
-    choose_named,
-    first_found,
-    imus_with_labels,
-    labels_for,
-    of_label,
-)
+from tumble.logs.row_labels import LabelColumn, NamedImu, choose_row_imu, named_imus, of_label
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import (
@@ -84,8 +76,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     layout = find_layout(path, options)
     imus = find_imus(layout.names, path, options)
     named = _named(path, layout, imus, options)
-    labelled = any(each.labels for each in named.values())
-    name = choose_named(path, named, imu, "IMU") if labelled else choose_imu(path, imus, imu)
+    name = choose_row_imu(path, named, imus, imu)
     columns = imus[named[name].prefix]
     unread = unread_accelerometers(layout.names, options.columns, imus)
 
@@ -102,13 +93,12 @@ def _named(
 ) -> dict[str, NamedImu]:
     """Returns the IMUs of a table; a column of labels is read with those of the IMU, and as they are."""
 
-    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
-        for name in labels_for(columns, layout.names, options.columns.values()):
-            read = columns.names if columns.triads else columns.magnetic_names
-            table = TextTable(path, layout, [*read, name], skip_bad_lines=options.skip_bad_lines, text=name)
-            yield table.labels()
+    def gather(columns: ImuColumns, name: str) -> LabelColumn:
+        read = columns.names if columns.triads else columns.magnetic_names
+        table = TextTable(path, layout, [*read, name], skip_bad_lines=options.skip_bad_lines, text=name)
+        return table.labels()
 
-    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+    return named_imus(imus, layout.names, options, gather)
 
 
 def imu_of_table(

@@ -21,19 +21,11 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of, quoted
-from tumble.logs.columns import ImuColumns, choose_imu, find_imus, recognise
+from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
-from tumble.logs.row_labels import (
-    LabelColumn,
-    NamedImu,
-    choose_named,
-    first_found,
-    imus_with_labels,
-    labels_for,
-    of_label,
-)
+from tumble.logs.row_labels import LabelColumn, NamedImu, choose_row_imu, named_imus, of_label
 from tumble.logs.text import LOG, PLAIN_NAMES, names_delimiter, names_for
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform
@@ -101,8 +93,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     layout = _layout(path, options)
     imus = find_imus(layout.names, path, options)
     named = _named(path, layout, imus, options)
-    labelled = any(each.labels for each in named.values())
-    name = choose_named(path, named, imu, "IMU") if labelled else choose_imu(path, imus, imu)
+    name = choose_row_imu(path, named, imus, imu)
     columns = imus[named[name].prefix]
     if columns.time is None and layout.has_clock:
         columns = replace(columns, time=_TIME, time_unit=StatedUnit("s", "time of the monitor"))
@@ -149,14 +140,13 @@ def _named(
 ) -> dict[str, NamedImu]:
     """Returns the IMUs of a log, by the prefix of labels and by a number that names the IMU of a sample."""
 
-    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
-        for name in labels_for(columns, layout.names, options.columns.values()):
-            column = LabelColumn(name)
-            for table in _tables(path, layout):
-                column.add_numbers(table.columns[name])
-            yield column
+    def gather(_columns: ImuColumns, name: str) -> LabelColumn:
+        column = LabelColumn(name)
+        for table in _tables(path, layout):
+            column.add_numbers(table.columns[name])
+        return column
 
-    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+    return named_imus(imus, layout.names, options, gather)
 
 
 def _layout(path: Path, options: ReadOptions) -> _Layout:

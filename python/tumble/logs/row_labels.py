@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
-from tumble.logs.columns import UNIT_NAMES, ImuColumns
+from tumble.logs.columns import UNIT_NAMES, ImuColumns, choose_imu
+from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, Transform, choose
 
 MOST_LABELS = 64
@@ -162,6 +163,36 @@ def imus_with_labels(
         for label in labels.names:
             found[f"{prefix}.{label}" if prefix else label] = NamedImu(prefix, labels, label)
     return found
+
+
+def named_imus(
+    imus: Mapping[str, ImuColumns],
+    names: Iterable[str],
+    options: ReadOptions,
+    gather: Callable[[ImuColumns, str], LabelColumn | None],
+) -> dict[str, NamedImu]:
+    """Returns the IMUs of a table of columns with these names, as `imus_with_labels` does.
+
+    `gather` reads a column beside those of an IMU; it returns None where that is none of its rows.
+    """
+    all_names = tuple(names)
+
+    def labels_of(prefix: str) -> RowLabels | None:
+        columns = imus[prefix]
+        beside = labels_for(columns, all_names, options.columns.values())
+        gathered = (gather(columns, name) for name in beside)
+        return first_found(column for column in gathered if column is not None)
+
+    return imus_with_labels(imus, labels_of)
+
+
+def choose_row_imu(
+    path: Path, named: Mapping[str, NamedImu], imus: Mapping[str, ImuColumns], wanted: str | None
+) -> str:
+    """Picks one IMU of a table of text: by label where rows have some, else as `choose_imu` does."""
+    if any(each.labels for each in named.values()):
+        return choose_named(path, named, wanted, "IMU")
+    return choose_imu(path, imus, wanted)
 
 
 def choose_named(

@@ -20,15 +20,7 @@ from tumble.logs.csv import samples_of
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.own_stamps import with_own_stamps
-from tumble.logs.row_labels import (
-    LabelColumn,
-    NamedImu,
-    choose_named,
-    first_found,
-    imus_with_labels,
-    labels_for,
-    of_label,
-)
+from tumble.logs.row_labels import LabelColumn, NamedImu, choose_named, named_imus, of_label
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
 
 NAME = "table"
@@ -88,16 +80,15 @@ def _named(
 ) -> dict[str, NamedImu]:
     """Returns the IMUs of a table, by the prefix of columns and the label of rows."""
 
-    def labels(found: ImuColumns) -> Iterator[LabelColumn]:
-        for each in labels_for(found, columns, options.columns.values()):
-            column, values = LabelColumn(each), np.asarray(columns[each])
-            if values.ndim == 1 and values.dtype.kind in "biuf":
-                column.add_numbers(values)
-            elif values.ndim == 1:
-                column.add_words(list(map(str, values.tolist())))
-            yield column
+    def gather(_imu: ImuColumns, name: str) -> LabelColumn:
+        column, values = LabelColumn(name), np.asarray(columns[name])
+        if values.ndim == 1 and values.dtype.kind in "biuf":
+            column.add_numbers(values)
+        elif values.ndim == 1:
+            column.add_words(list(map(str, values.tolist())))
+        return column
 
-    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+    return named_imus(imus, columns, options, gather)
 
 
 def _columns(table: Table, name: str) -> dict[str, Any]:

@@ -26,15 +26,7 @@ from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.own_stamps import with_own_stamps
-from tumble.logs.row_labels import (
-    LabelColumn,
-    NamedImu,
-    choose_named,
-    first_found,
-    imus_with_labels,
-    labels_for,
-    of_label,
-)
+from tumble.logs.row_labels import LabelColumn, NamedImu, choose_named, named_imus, of_label
 from tumble.logs.text import PLAIN_NAMES
 from tumble.logs.track import (
     CHUNK_SAMPLES,
@@ -139,18 +131,17 @@ def _named(
 ) -> dict[str, NamedImu]:
     """Returns the IMUs of a file; those that share variables have a label in each row."""
 
-    def labels(columns: ImuColumns) -> Iterator[LabelColumn]:
+    def gather(columns: ImuColumns, name: str) -> LabelColumn | None:
         axes = columns.accelerometer or columns.gyroscope or columns.magnetic_names
-        for name in labels_for(columns, places, options.columns.values()):
-            place = places[name]
-            if place.rows != places[axes[0]].rows or place.holds_dates:
-                continue
-            column = LabelColumn(name)
-            for pieces in _side_by_side(file, {name: place}):
-                column.add_numbers(pieces.column(place))
-            yield column
+        place = places[name]
+        if place.rows != places[axes[0]].rows or place.holds_dates:
+            return None
+        column = LabelColumn(name)
+        for pieces in _side_by_side(file, {name: place}):
+            column.add_numbers(pieces.column(place))
+        return column
 
-    return imus_with_labels(imus, lambda prefix: first_found(labels(imus[prefix])))
+    return named_imus(imus, places, options, gather)
 
 
 def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -> LoggedImu:

@@ -179,15 +179,15 @@ class SessionWriter:
         Raises `OutputError` where what was to be written before could not be.
         """
         now = clock.now()
-        self._keep_how_read()
         if now < self._flush_at or (self._writing is not None and not self._writing.done()):
             return
         self._flush_at = now + FLUSH_EVERY
         self._wait()
+        self._keep_how_read()
         self._writing = self._disk.submit(self._write, self._taken())
 
     def _keep_how_read(self) -> None:
-        """States in `session.yaml` how units are read, as soon as that is known."""
+        """States in `session.yaml` how units are read, before samples read so are on the disk."""
         known = {
             unit.name: read_as
             for unit in self.session.units
