@@ -761,6 +761,7 @@ class AxisDriftFigures(TypedDict):
     """(poses,) what is read at the reference in each."""
     noise_density: float
     bias_instability: float
+    random_walk: float
     scores: list[tuple[int, int, float]]
     """Powers in bias and scale of each candidate, and what it did not foretell."""
     chosen: int

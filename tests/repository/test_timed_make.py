@@ -46,6 +46,16 @@ def test_target_over_its_budget_fails_in_ci_alone(monkeypatch, capsys):
 
 
 def test_slower_computer_is_allowed_more_seconds():
-    slow = [Made("test-rust", 0, 1.0, 1.5 * TOLERANCE * BUDGET["test-rust"])]
-    assert over_budget(slow, speed=1.0)
-    assert not over_budget(slow, speed=2.0)
+    seconds = 1.5 * TOLERANCE * BUDGET["test-rust"]
+    assert over_budget([Made("test-rust", 0, 1.0, seconds, speed=1.0)])
+    assert not over_budget([Made("test-rust", 0, 1.0, seconds, speed=2.0)])
+
+
+def test_each_step_is_held_against_the_speed_beside_it(monkeypatch, capsys):
+    """The computer is three times slower from the second step on."""
+    spends(monkeypatch, 1.5)
+    speeds = iter([3.0, 3.0, 1.0, 1.0])
+    monkeypatch.setattr(timed_make, "unit", lambda: next(speeds))
+    monkeypatch.setenv("CI", "true")
+    assert timed_make.main(["test-rust", "test-python", "test-commands"]) == 1
+    assert capsys.readouterr().err.startswith("test-commands took")

@@ -11,6 +11,7 @@ use tumble_lab::thermal::procedure::{
     AxisDrift, LEAST_RANGE, ThermalDrift, ThermalError, ThermalSettings, thermal,
 };
 use tumble_lab::thermal::recorder::ThermalRecorder;
+use tumble_lab::thermal::whitening::Wander;
 
 use crate::convert::rows;
 use crate::turntable::CoreError;
@@ -139,8 +140,9 @@ fn axis_figures<'py>(
     figures.set_item("slope", (axis.slope[0], axis.slope[1]))?;
     figures.set_item("scale_change", axis.scale.map(|[value, sigma]| (value, sigma)))?;
     figures.set_item("constants", PyArray1::from_slice(py, &fit.constants))?;
-    figures.set_item("noise_density", fit.noise[0].sqrt())?;
-    figures.set_item("bias_instability", fit.noise[1].sqrt())?;
+    figures.set_item("noise_density", fit.white.sqrt())?;
+    figures.set_item("bias_instability", fit.strength(Wander::Flicker).sqrt())?;
+    figures.set_item("random_walk", fit.strength(Wander::RandomWalk).sqrt())?;
     let scores: Vec<(usize, usize, f64)> = axis
         .candidates
         .iter()

@@ -20,7 +20,7 @@ const LAGS: usize = 16;
 const BEYOND: f64 = 2.0;
 /// From this ratio of averaging times on, variances have next to nothing in common.
 const FARTHEST: usize = 64;
-/// Classes an octave into which stretches are sorted by their length.
+/// Classes an octave into which stretches are sorted by the samples over which their differences start.
 const CLASSES: f64 = 16.0;
 
 /// Stretches of a record without gaps: length in samples, and how many there are.
@@ -33,19 +33,11 @@ impl Stretches {
         Self(vec![(samples, 1.0)])
     }
 
-    /// Stretches of alike length are taken together.
+    /// Stretches by their number of samples, each with how many there are.
     pub fn new(stretches: &BTreeMap<u64, u64>) -> Self {
-        let mut classes: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
-        for (&samples, &count) in stretches {
-            let class = ((samples as f64).log2() * CLASSES) as u64;
-            let sums = classes.entry(class).or_default();
-            sums.0 += samples as f64 * count as f64;
-            sums.1 += count as f64;
-        }
+        let each = stretches.iter();
         Self(
-            classes
-                .into_values()
-                .map(|(sum, count)| (sum / count, count))
+            each.map(|(&samples, &count)| (samples as f64, count as f64))
                 .collect(),
         )
     }
@@ -55,7 +47,7 @@ impl Stretches {
         self.0.iter().map(|(samples, count)| samples * count).sum()
     }
 
-    /// Samples over which differences start, in each stretch that is long enough for one.
+    /// Samples over which differences start, in each stretch; none in one that is too short.
     fn starts(&self, kind: VarianceKind, samples: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let step = stride(samples) as f64;
         let span = kind.span(samples) as f64;
@@ -65,7 +57,22 @@ impl Stretches {
         })
     }
 
-    /// The same, added up.
+    /// Samples over which differences start at two averaging times, the first not above the second, in stretches that
+    /// have any of both. Those that have alike many of the second are taken together: alike *lengths* would give the
+    /// differences of the longest of them to all.
+    fn starts_of_both(&self, kind: VarianceKind, a: usize, b: usize) -> Vec<(f64, f64, f64)> {
+        let mut classes: BTreeMap<u64, (f64, f64, f64)> = BTreeMap::new();
+        for ((of_a, count), (of_b, _)) in self.starts(kind, a).zip(self.starts(kind, b)) {
+            if of_b > 0.0 {
+                let sums = classes.entry((of_b.log2() * CLASSES) as u64).or_default();
+                *sums = (sums.0 + of_a * count, sums.1 + of_b * count, sums.2 + count);
+            }
+        }
+        let mean = |(of_a, of_b, count): (f64, f64, f64)| (of_a / count, of_b / count, count);
+        classes.into_values().map(mean).collect()
+    }
+
+    /// Samples over which differences start, of all stretches.
     pub fn starts_in_all(&self, kind: VarianceKind, samples: usize) -> f64 {
         self.starts(kind, samples)
             .map(|(starts, count)| starts * count)
@@ -94,12 +101,7 @@ impl Shared {
         if b > FARTHEST * a {
             return shared;
         }
-        let starts: Vec<_> = stretches
-            .starts(kind, a)
-            .zip(stretches.starts(kind, b))
-            .filter(|((_, _), (of_b, _))| *of_b > 0.0)
-            .map(|((of_a, count), (of_b, _))| (of_a, of_b, count))
-            .collect();
+        let starts = stretches.starts_of_both(kind, a, b);
         let longest = starts.iter().fold(0.0, |most: f64, each| most.max(each.0));
         let step = (a / LAGS).max(1).min((longest as usize / 4).max(1));
         let (reach, of_a, of_b) = (kind.reach() as f64, a as f64, b as f64);
@@ -210,6 +212,8 @@ pub fn freedom(
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn freedom_in(samples: usize, term: NoiseTerm, stretches: &Stretches) -> f64 {
@@ -252,6 +256,28 @@ mod tests {
                 (freedom / published - 1.0).abs() < 0.05,
                 "{n} {m}: {freedom} {published}"
             );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn stretches_of_any_lengths_have_the_freedom_of_each_by_its_differences(
+            lengths in prop::collection::btree_map(900_u64..1100, 1_u64..4, 1..40),
+            samples in 430_usize..560,
+        ) {
+            let stretches = Stretches::new(&lengths);
+            let differences = |each: &Stretches| each.starts_in_all(VarianceKind::Allan, samples);
+            let all = differences(&stretches);
+            prop_assume!(all > 0.0);
+            let alone = lengths.iter().map(|(length, count)| (Stretches::single(*length as f64), *count as f64));
+            let variance: f64 = alone
+                .map(|(one, count)| (differences(&one), count, one))
+                .filter(|(starts, _, _)| *starts > 0.0)
+                .map(|(starts, count, one)| count * starts * starts / freedom_in(samples, NoiseTerm::White, &one))
+                .sum();
+            let found = freedom_in(samples, NoiseTerm::White, &stretches);
+            // Lags are up to a quarter of the longest run of starts apart. Classes of alike lengths were off a hundredfold.
+            prop_assert!((found * variance / (all * all) - 1.0).abs() < 0.25, "{found} {}", all * all / variance);
         }
     }
 

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::chance::{Shared, Strengths, Stretches};
+use super::chance::{Shared, Strengths, Stretches, freedom};
 use super::deviation::Variance;
 use super::lowpass::LowPass;
 use super::non_negative::{gain, non_negative};
@@ -116,6 +116,7 @@ pub struct NoiseFit {
 /// Averaging times of the octaves, and the covariance of Allan variances at them.
 #[derive(Debug)]
 struct Design {
+    stretches: Stretches,
     samples: Vec<usize>,
     shared: Vec<Vec<Shared>>,
     filtered: LowPass,
@@ -137,6 +138,7 @@ impl Design {
         };
         let shared = samples.iter().map(row).collect();
         Self {
+            stretches: stretches.clone(),
             samples,
             shared,
             filtered,
@@ -173,7 +175,6 @@ impl Design {
 pub struct Fitter {
     interval: f64,
     total: f64,
-    stretches: Stretches,
     design: Design,
     /// With white noise that a filter passed.
     filtered: OnceLock<Vec<Design>>,
@@ -257,14 +258,14 @@ impl NoiseSolution<'_> {
         })
     }
 
-    /// Degrees of freedom at an averaging time, samples: those of the octave below it, as fewer as it is longer.
+    /// Degrees of freedom at an averaging time, samples. Beyond a gap there may be a single difference where the octave
+    /// below has thousands, so that none follow from its own.
     fn freedom(&self, samples: usize) -> f64 {
-        let octaves = &self.design.samples;
-        let place = octaves.partition_point(|octave| *octave <= samples).max(1) - 1;
-        let model = self.model(&self.strengths)[place];
-        let variance = self.design.shared[place][0].covariance(&self.strengths);
-        let longer = samples as f64 / octaves[place] as f64;
-        (2.0 * model * model / variance / longer.powi(2)).max(1.0) // eq. 23
+        let Design {
+            stretches, filtered, ..
+        } = self.design;
+        let own = Shared::between(VarianceKind::Allan, samples, samples, stretches, filtered);
+        freedom(VarianceKind::Allan, samples, &own, &self.strengths, filtered).max(1.0) // eq. 23
     }
 }
 
@@ -274,7 +275,6 @@ impl Fitter {
         Self {
             interval,
             total: stretches.samples(),
-            stretches: stretches.clone(),
             design: Design::new(stretches, LowPass::default()),
             filtered: OnceLock::new(),
             longer: [const { OnceLock::new() }; DOUBLINGS],
@@ -333,7 +333,7 @@ impl Fitter {
             let [seconds, samples] = LONGEST_FILTER;
             LowPass::candidates((seconds / self.interval).max(samples))
                 .into_par_iter()
-                .map(|filter| Design::new(&self.stretches, filter))
+                .map(|filter| Design::new(&self.design.stretches, filter))
                 .collect()
         })
     }

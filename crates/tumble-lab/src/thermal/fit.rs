@@ -13,11 +13,12 @@ use tumble_core::resolution::variance_of_rounding;
 use crate::distributions::{INTERVAL, student_quantile};
 
 use super::block::RestBlock;
-use super::whitening::Whitening;
+use super::whitening::{SlowNoise, Wander, Whitening};
 
-/// Ratios `B^2 / N^2`, 1/s, over which is averaged: the bias wanders on an hour's time, or on a second's.
-const RATIOS: [f64; 2] = [1e-5, 10.0];
-const RATIOS_EACH_DECADE: u32 = 4;
+/// Averaging times, s, at which slow noise is as strong as white noise, over which is averaged: the bias wanders within
+/// a day, or within a second.
+const AS_STRONG: [f64; 2] = [0.1, 1e5];
+const TIMES_EACH_DECADE: u32 = 4;
 
 /// Share below the end of a 95 % interval.
 const BELOW: f64 = 0.975;
@@ -97,9 +98,9 @@ impl DriftRounding {
     }
 }
 
-/// Residuals of a fit at one ratio of `B^2` to `N^2`.
+/// Residuals of a fit at one strength of slow noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AtRatio {
+pub struct WithSlowNoise {
     /// Logarithm of the restricted likelihood, but for a constant.
     pub restricted_likelihood: f64,
     /// Sum of the squares of the whitened residuals.
@@ -122,14 +123,16 @@ pub struct DriftFit {
     pub covariance: DMatrix<f64>,
     /// Temperatures less the reference, K, between which warming and cooling are compared.
     pub shared: [f64; 2],
-    /// `N^2` and `B^2` of what is left.
-    pub noise: [f64; 2],
+    /// `N^2` of what is left.
+    pub white: f64,
+    /// The slow noise beside it under which what is left is likeliest.
+    pub slow: SlowNoise,
     /// Logarithm of the restricted likelihood, but for a constant: of noise, the terms given.
     pub restricted_likelihood: f64,
     /// Logarithm of the likelihood, but for a constant: of other temperatures of the same blocks.
     pub likelihood: f64,
-    /// Residuals at each ratio of `B^2` to `N^2`.
-    pub at_ratios: Vec<AtRatio>,
+    /// Residuals at each strength of each kind of slow noise.
+    pub with_slow_noise: Vec<WithSlowNoise>,
 }
 
 impl DriftFit {
@@ -146,6 +149,15 @@ impl DriftFit {
     /// By how much more is read while warming than while cooling: a constant, or at each knot.
     pub fn hysteresis(&self) -> &[f64] {
         &self.coefficients.as_slice()[self.terms.bias + self.terms.scale..]
+    }
+
+    /// Square of the strength of slow noise of one kind; zero where another is likelier.
+    pub fn strength(&self, wander: Wander) -> f64 {
+        if wander == self.slow.wander {
+            self.white * self.slow.ratio
+        } else {
+            0.0
+        }
     }
 
     /// One of the coefficients and its 1-sigma.
@@ -182,6 +194,12 @@ impl DriftFit {
     }
 }
 
+/// Means and regressors whose errors have nothing in common in one kind of slow noise.
+struct Whitened {
+    y: DVector<f64>,
+    rows: DMatrix<f64>,
+}
+
 impl<'a> DriftDesign<'a> {
     /// Blocks that `whitening` was made of, temperatures counted from `reference`, degC.
     pub fn new(whitening: &'a Whitening, blocks: &[RestBlock], reference: f64) -> Self {
@@ -201,24 +219,29 @@ impl<'a> DriftDesign<'a> {
     /// Fits the terms to the means of one axis, in the order of the blocks; None where there are too few, or the terms
     /// cannot be separated.
     pub fn fit(&self, means: &[f64], terms: &Terms) -> Option<DriftFit> {
-        let y = self.whitened(means);
         let mut constants = self.pose_means(means);
         let mut found = None;
         // The reading of a pose at the reference is known well from the first round on.
         for _ in 0..if terms.scale > 0 { ROUNDS } else { 1 } {
-            let rows = self.whitening.apply(&self.rows(terms, &constants));
-            let fit = self.averaged(&y, &rows, terms)?;
+            let fit = self.averaged(means, &self.rows(terms, &constants), terms)?;
             constants.clone_from(&fit.constants);
             found = Some(fit);
         }
         found.map(|fit| self.in_kelvin(fit))
     }
 
-    /// Fits the terms where the noise is known, `N^2` and `B^2`: with the covariance that no unbiased fit can beat.
-    pub fn fit_with_noise(&self, means: &[f64], terms: &Terms, noise: [f64; 2]) -> Option<DriftFit> {
-        let rows = self.whitening.apply(&self.rows(terms, &self.pose_means(means)));
-        let mut fit = self.with_ratio(&self.whitened(means), &rows, noise[1] / noise[0], terms)?;
-        fit.covariance *= noise[0] / fit.noise[0];
+    /// Fits the terms where the noise is known, `N^2` and what is beside it: with the covariance that no unbiased fit can
+    /// beat.
+    pub fn fit_with_noise(
+        &self,
+        means: &[f64],
+        terms: &Terms,
+        white: f64,
+        slow: SlowNoise,
+    ) -> Option<DriftFit> {
+        let data = self.whitened(slow.wander, means, &self.rows(terms, &self.pose_means(means)));
+        let mut fit = self.with_noise(&data, slow, terms)?;
+        fit.covariance *= white / fit.white;
         Some(self.in_kelvin(fit))
     }
 
@@ -233,7 +256,7 @@ impl<'a> DriftDesign<'a> {
         if rounding.variance == 0.0 {
             return Some(fit);
         }
-        let rows = self.whitening.apply(&self.rows(&fit.terms, &fit.constants));
+        let rows = self.rows(&fit.terms, &fit.constants);
         let levels: Vec<f64> = means.iter().map(|mean| (mean / rounding.step).round()).collect();
         let mut each = levels.clone();
         each.sort_by(f64::total_cmp);
@@ -247,17 +270,20 @@ impl<'a> DriftDesign<'a> {
             means.iter().map(at).collect()
         });
         for error in alike.chain(waves) {
-            let ratio = fit.noise[1] / fit.noise[0];
-            let response = self.with_ratio(&self.whitened(&error), &rows, ratio, &fit.terms)?;
+            let data = self.whitened(fit.slow.wander, &error, &rows);
+            let response = self.with_noise(&data, fit.slow, &fit.terms)?;
             let moved = self.in_kelvin(response).coefficients;
             fit.covariance += &moved * moved.transpose(); // eq. 7a
         }
         Some(fit)
     }
 
-    fn whitened(&self, means: &[f64]) -> DVector<f64> {
+    fn whitened(&self, wander: Wander, means: &[f64], rows: &DMatrix<f64>) -> Whitened {
         let column = DMatrix::from_column_slice(means.len(), 1, means);
-        self.whitening.apply(&column).column(0).into_owned()
+        Whitened {
+            y: self.whitening.apply(wander, &column).column(0).into_owned(),
+            rows: self.whitening.apply(wander, rows),
+        }
     }
 
     /// Rows of what is fitted: a pose each, then the terms; `constants` are what the poses read, which, less the bias, a
@@ -294,12 +320,14 @@ impl<'a> DriftDesign<'a> {
         (0..self.held).map(of_pose).collect()
     }
 
-    /// The mean over all ratios of `B^2` to `N^2`, each as likely as what is left makes it: the data do not show the
-    /// ratio well, and a sigma for the most likely one alone would be too small.
-    fn averaged(&self, y: &DVector<f64>, rows: &DMatrix<f64>, terms: &Terms) -> Option<DriftFit> {
-        let fits: Vec<DriftFit> = ratios()
-            .filter_map(|ratio| self.with_ratio(y, rows, ratio, terms))
-            .collect();
+    /// The mean over all kinds and strengths of slow noise, each as likely as what is left makes it: the data do not show
+    /// it well, and a sigma for the most likely one alone would be too small.
+    fn averaged(&self, means: &[f64], rows: &DMatrix<f64>, terms: &Terms) -> Option<DriftFit> {
+        let of_kind = |wander: Wander| {
+            let data = self.whitened(wander, means, rows);
+            as_strong_at().filter_map(move |time| self.with_noise(&data, wander.from(time), terms))
+        };
+        let fits: Vec<DriftFit> = Wander::ALL.into_iter().flat_map(of_kind).collect();
         let likeliest = fits
             .iter()
             .max_by(|a, b| a.restricted_likelihood.total_cmp(&b.restricted_likelihood))?
@@ -318,26 +346,21 @@ impl<'a> DriftDesign<'a> {
             let off = &fit.coefficients - &coefficients;
             sum + (&fit.covariance + &off * off.transpose()) * *share // eq. 6
         });
-        let freedom = (y.len() - rows.ncols()) as f64;
+        let freedom = (means.len() - rows.ncols()) as f64;
         let widening = widening(&weighted, &covariance, freedom);
         let covariance = &widening * covariance * &widening;
         Some(DriftFit {
             coefficients,
             covariance,
-            at_ratios: fits.iter().flat_map(|fit| fit.at_ratios.clone()).collect(),
+            with_slow_noise: fits.iter().flat_map(|fit| fit.with_slow_noise.clone()).collect(),
             ..likeliest
         })
     }
 
-    fn with_ratio(
-        &self,
-        y: &DVector<f64>,
-        rows: &DMatrix<f64>,
-        ratio: f64,
-        terms: &Terms,
-    ) -> Option<DriftFit> {
+    fn with_noise(&self, data: &Whitened, slow: SlowNoise, terms: &Terms) -> Option<DriftFit> {
+        let Whitened { y, rows } = data;
         let freedom = y.len().checked_sub(rows.ncols()).filter(|freedom| *freedom > 0)? as f64;
-        let variance = self.whitening.variances(ratio);
+        let variance = self.whitening.variances(slow);
         let weights = variance.map(|v| v.sqrt().recip());
         let mut weighted = rows.clone();
         for (mut row, weight) in weighted.row_iter_mut().zip(weights.iter()) {
@@ -368,10 +391,11 @@ impl<'a> DriftDesign<'a> {
                 .view((held, held), (x.len() - held, x.len() - held))
                 .into_owned(),
             shared: self.shared,
-            noise: [white, white * ratio],
+            white,
+            slow,
             restricted_likelihood,
             likelihood: -0.5 * (y.len() as f64 * squares.ln() + of_noise), // eq. 11
-            at_ratios: vec![AtRatio {
+            with_slow_noise: vec![WithSlowNoise {
                 restricted_likelihood,
                 squares,
                 freedom,
@@ -403,12 +427,12 @@ impl<'a> DriftDesign<'a> {
     }
 }
 
-fn ratios() -> impl Iterator<Item = f64> {
-    let decades = (RATIOS[1] / RATIOS[0]).log10().round();
-    let each = f64::from(RATIOS_EACH_DECADE);
+fn as_strong_at() -> impl Iterator<Item = f64> {
+    let decades = (AS_STRONG[1] / AS_STRONG[0]).log10().round();
+    let each = f64::from(TIMES_EACH_DECADE);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let steps = (decades * each) as u32;
-    (0..=steps).map(move |step| RATIOS[0] * 10f64.powf(f64::from(step) / each))
+    (0..=steps).map(move |step| AS_STRONG[0] * 10f64.powf(f64::from(step) / each))
 }
 
 /// By how much the sigma of each coefficient is to be widened, as its variance is itself uncertain.

@@ -20,7 +20,7 @@ pub struct Choice {
 /// Chooses among fits, the first of which has no power of temperature; None where there are none.
 pub fn choose(fits: &[DriftFit]) -> Option<Choice> {
     let simplest = fits.first()?;
-    let blocks = simplest.at_ratios.first()?.freedom;
+    let blocks = simplest.with_slow_noise.first()?.freedom;
     let of_all = |cost: f64| -> Vec<f64> {
         fits.iter()
             .map(|fit| marginal_likelihood(fit, simplest, cost))
@@ -34,11 +34,11 @@ pub fn choose(fits: &[DriftFit]) -> Option<Choice> {
     })
 }
 
-/// Logarithm of the likelihood of a set of terms as a mean over the ratios of `B^2` to `N^2`, but for a constant, less a cost of
-/// each coefficient.
+/// Logarithm of the likelihood of a set of terms as a mean over the kinds and strengths of slow noise, but for a constant,
+/// less a cost of each coefficient.
 fn marginal_likelihood(fit: &DriftFit, simplest: &DriftFit, cost: f64) -> f64 {
     let more = (fit.terms.count() - simplest.terms.count()) as f64;
-    let each = fit.at_ratios.iter().zip(&simplest.at_ratios);
+    let each = fit.with_slow_noise.iter().zip(&simplest.with_slow_noise);
     let found: Vec<f64> = each
         .map(|(with, without)| {
             without.restricted_likelihood - 0.5 * without.freedom * (with.squares / without.squares).ln()

@@ -9,7 +9,7 @@ use super::lag::{Lagging, thermometer_lag};
 use super::order::{choose, chosen_fit};
 use super::procedure::{ThermalDrift, ThermalError, ThermalSettings, thermal};
 use super::recorder::ThermalRecorder;
-use super::whitening::Whitening;
+use super::whitening::{Wander, Whitening};
 use crate::distributions::INTERVAL;
 use crate::simulate::noise::{flicker, white};
 use crate::simulate::stream::{RandomStream, StreamPurpose, stream};
@@ -21,6 +21,7 @@ const RATE: f64 = 2.0;
 const REFERENCE: f64 = 25.0;
 const N: f64 = 2e-3;
 const B: f64 = 3e-4;
+const K: f64 = 3e-5;
 const TRUTH: [f64; 2] = [2e-5, 3e-6];
 
 fn bias_of(order: usize) -> Terms {
@@ -57,10 +58,18 @@ fn polynomial(powers: &[f64], t: f64) -> f64 {
 
 /// Means over the blocks of an axis with polynomials, and white noise and flicker noise of a run.
 fn noisy(blocks: &[RestBlock], truth: &[f64], run: u64) -> Vec<f64> {
+    wandering(blocks, truth, run, Wander::Flicker)
+}
+
+/// The same with slow noise of a kind.
+fn wandering(blocks: &[RestBlock], truth: &[f64], run: u64, wander: Wander) -> Vec<f64> {
     let mut random: RandomStream = stream(SEED, run, StreamPurpose::StillNoise);
     let each = (SECONDS * RATE) as usize;
     let noise = white(N, RATE, each * blocks.len(), &mut random);
-    let slow = flicker(B, each * blocks.len(), &mut random);
+    let slow = match wander {
+        Wander::Flicker => flicker(B, noise.len(), &mut random),
+        Wander::RandomWalk => walk(noise.len(), &mut random),
+    };
     let mean = |place: usize| {
         (place * each..(place + 1) * each)
             .map(|at| noise[at][0] + slow[at])
@@ -71,6 +80,16 @@ fn noisy(blocks: &[RestBlock], truth: &[f64], run: u64) -> Vec<f64> {
         .enumerate()
         .map(|(place, block)| mean(place) / each as f64 + polynomial(truth, block.temperature - REFERENCE))
         .collect()
+}
+
+fn walk(samples: usize, random: &mut RandomStream) -> Vec<f64> {
+    let steps = white(K / RATE, RATE, samples, random);
+    let mut sum = 0.0;
+    let add = |[step, ..]: [f64; 3]| {
+        sum += step;
+        sum
+    };
+    steps.into_iter().map(add).collect()
 }
 
 #[test]
@@ -176,7 +195,7 @@ struct Figures {
     bound: [f64; 2],
 }
 
-fn figures(runs: u64) -> Figures {
+fn figures(runs: u64, wander: Wander) -> Figures {
     let blocks = up_and_down();
     let whitening = Whitening::new(&blocks);
     let design = DriftDesign::new(&whitening, &blocks, REFERENCE);
@@ -186,11 +205,13 @@ fn figures(runs: u64) -> Figures {
         bound: [0.0; 2],
     };
     for run in 0..runs {
-        let means = noisy(&blocks, &TRUTH, run);
+        let means = wandering(&blocks, &TRUTH, run, wander);
         let fit = design.fit(&means, &bias_of(2)).unwrap();
-        let known = design
-            .fit_with_noise(&means, &bias_of(2), [N * N, B * B])
-            .unwrap();
+        let slow = match wander {
+            Wander::Flicker => wander.from((N / B).powi(2)),
+            Wander::RandomWalk => wander.from(N / K),
+        };
+        let known = design.fit_with_noise(&means, &bias_of(2), N * N, slow).unwrap();
         for (power, truth) in TRUTH.iter().enumerate() {
             let off = fit.coefficients[power] - truth;
             found.normalised.push(off / fit.covariance[(power, power)].sqrt());
@@ -204,16 +225,23 @@ fn figures(runs: u64) -> Figures {
 #[test]
 fn intervals_hold_the_truth_and_errors_are_near_the_bound() {
     println!("seed {SEED}");
-    let found = figures(150);
-    let inside =
-        found.normalised.iter().filter(|z| z.abs() < INTERVAL).count() as f64 / found.normalised.len() as f64;
-    // Shares within these limits occur in 99.9 % of draws of 300 intervals of 95 %; those of one run are hardly
-    // correlated.
-    assert!((0.90..=0.985).contains(&inside), "{inside}");
-    for power in 0..2 {
-        // The root mean square of 150 errors scatters by 6 %.
-        let ratio = (found.squares[power] / found.bound[power]).sqrt();
-        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    for wander in Wander::ALL {
+        let found = figures(150, wander);
+        let within = found.normalised.iter().filter(|z| z.abs() < INTERVAL);
+        let inside = within.count() as f64 / found.normalised.len() as f64;
+        // Lower shares occur in one of 2000 draws of 300 intervals of 95 %. Noise of the other kind could be there as well: they
+        // are wider than for one that is known.
+        assert!(inside >= 0.90, "{wander:?} {inside}");
+        let farthest = found
+            .normalised
+            .iter()
+            .fold(0.0, |most: f64, z| most.max(z.abs()));
+        assert!(farthest < 5.0, "{wander:?} {farthest}");
+        for power in 0..2 {
+            // The root mean square of 150 errors scatters by 6 %.
+            let ratio = (found.squares[power] / found.bound[power]).sqrt();
+            assert!((0.8..1.25).contains(&ratio), "{wander:?} {ratio}");
+        }
     }
 }
 

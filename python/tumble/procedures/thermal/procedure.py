@@ -220,6 +220,7 @@ def _axis(found: _core.AxisDriftFigures, reference: float, span: tuple[float, fl
         constants=found["constants"],
         noise_density=found["noise_density"],
         bias_instability=found["bias_instability"],
+        random_walk=found["random_walk"],
         scores=tuple(
             OrderScore(bias, power, weight, place == found["chosen"])
             for place, (bias, power, weight) in enumerate(found["scores"])

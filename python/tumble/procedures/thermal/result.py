@@ -87,7 +87,9 @@ class AxisDrift(Tabular):
     noise_density: float
     """White noise N of what the fit leaves, unit / sqrt(Hz)."""
     bias_instability: float
-    """Flicker noise B of what the fit leaves, unit of the axis."""
+    """Flicker noise B of what the fit leaves, unit of the axis; zero where a random walk is likelier."""
+    random_walk: float
+    """Random walk K of what the fit leaves, unit / sqrt(s); zero where flicker noise is likelier."""
     scores: tuple[OrderScore, ...]
     change: FloatArray
     """(blocks,) change of each block from the reference, minus that of scale, unit of the axis."""

@@ -108,7 +108,8 @@ def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
     )
     fixture = "yes" if result.options.get("fixture") else "no: each rest is a pose of its own"
     return (
-        ("fit", "generalised least squares in white and flicker noise, averaged over their ratio"),
+        ("fit", "generalised least squares in white noise and flicker noise or random walk, averaged over both"
+            " and their strengths"),
         ("order", "the likeliest, each power at a cost; sigmas take in the others by their Akaike weights"),
         ("left by the fit", noise),
         ("thermometer", f"steps of {result.step:.3g} K, smoothed over four of them at least"),
@@ -120,10 +121,13 @@ def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
 
 
 def printed_noise(axis: AxisDrift) -> str:
-    """Prints N and B of what the fit leaves."""
-    white = readable_scale(f"{axis.unit}/sqrt(Hz)", axis.noise_density)
-    slow = readable_scale(axis.unit, axis.bias_instability)
-    return (
-        f"N {white.quantity(significant(white.factor * axis.noise_density, 2))}, "
-        f"B {slow.quantity(significant(slow.factor * axis.bias_instability, 2))}"
-    )
+    """Prints N, and B or K, of what the fit leaves."""
+    white = f"N {_printed(axis.noise_density, f'{axis.unit}/sqrt(Hz)')}"
+    if axis.random_walk > 0.0:
+        return f"{white}, K {_printed(axis.random_walk, f'{axis.unit}/sqrt(s)')}"
+    return f"{white}, B {_printed(axis.bias_instability, axis.unit)}"
+
+
+def _printed(value: float, unit: str) -> str:
+    scale = readable_scale(unit, value)
+    return scale.quantity(significant(scale.factor * value, 2))
