@@ -77,6 +77,16 @@ impl ThermalBlocks {
         self.means.iter().map(|means| means[channel]).collect()
     }
 
+    /// Gives the blocks the temperature of a sensor that its thermometer is behind by a time constant, s. When that turned is
+    /// known no better than by as much.
+    pub fn lag(&mut self, lag: f64) {
+        let lagged = self.blocks.iter().map(|block| RestBlock {
+            leg: leg_about(&self.blocks, block, lag.abs()),
+            ..block.lagged(lag)
+        });
+        self.blocks = lagged.collect();
+    }
+
     fn add_session(&mut self, spans: &[Span], step: f64, fixture: bool) {
         let length = spans.last().map_or(0.0, |last| last.time[1] - spans[0].time[0]) / BLOCKS;
         let rests = rests(spans);
@@ -136,6 +146,17 @@ impl ThermalBlocks {
             }
         }
     }
+}
+
+/// Mean direction of temperature about the middle of a block, to so many s before and after it.
+fn leg_about(blocks: &[RestBlock], block: &RestBlock, within: f64) -> f64 {
+    let middle = |of: &RestBlock| 0.5 * (of.interval.start + of.interval.end);
+    let near = |of: &&RestBlock| of.session == block.session && (middle(of) - middle(block)).abs() <= within;
+    let (sum, time) = blocks.iter().filter(near).fold((0.0, 0.0), |(sum, time), of| {
+        let lasts = of.interval.duration();
+        (sum + of.leg * lasts, time + lasts)
+    });
+    sum / time // eq. 10a
 }
 
 struct BlockPose {

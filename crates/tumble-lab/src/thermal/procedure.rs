@@ -118,9 +118,7 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
     let needs: Vec<Needs> = settings.channels.iter().map(most).collect();
     let lag = thermometer_lag(&data, &whitening, &needs);
     if let Some(lag) = lag.shown() {
-        data.blocks
-            .iter_mut()
-            .for_each(|block| *block = block.lagged(lag.value));
+        data.lag(lag.value);
     }
     let range = range_of(&data.blocks);
     // Beyond the range nothing changes, so that its edge stands for what lies there (eq. 2).

@@ -12,7 +12,7 @@ Allan deviation itself is at 1 s, K is its upper bound. No key is below the curv
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import isfinite, nan, sqrt
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def _units(triad: Triad) -> tuple[str, str]:
 
 def _line(key: NoiseKey) -> str:
     if not isfinite(key.value):
-        return f"# {key.name}: not known, as the log is too short or too disturbed"
+        return f"# {key.name}: not known, as the log is too short, too disturbed or too coarse"
     remark = f"; {key.remark}" if key.remark else ""
     # YAML 1.1 takes 1e-05 for text: a number needs its point.
     return f"{key.name}: {key.value:.6e}  # {key.unit}{remark}"
@@ -80,6 +80,8 @@ def _line(key: NoiseKey) -> str:
 def filter_density(channel: ChannelNoise) -> float:
     """Returns N for a filter: as it was found, or conservative, the curve's own value at 1 s."""
     term = channel.term(WHITE)
+    if channel.is_rounded:
+        return nan
     if term.observable and channel.misfit == 0.0:
         return term.value
     curve = channel.density_at_one_second

@@ -36,7 +36,10 @@ NO_STEPS = (
     "no two samples at rest follow each other as samples do elsewhere in the log: its rate changes; "
     "split the log where it does"
 )
-NO_NOISE = "not identifiable: the channel is rounded to steps far coarser than its noise"
+ROUNDED = (
+    "not identifiable: the readings are rounded to steps coarser than the noise; log more digits, or choose "
+    "a smaller range"
+)
 
 
 def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterator[str]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged, scale_notice
+from tumble.acquisition.coarseness import coarse_channels
 from tumble.acquisition.duplicate_sensors import refuse_copies
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
@@ -79,7 +80,10 @@ def noise(
     still = [stillness(unit.recording, np.array(unit.acquired.rest_times)) for unit in units]
     read_out, disturbances = _without_disturbances(recordings, still, progress)
     found, part, changes = read_out
-    channels = channels_of(triads, found)
+    coarse = {each.channel for unit in units for each in coarse_channels(unit.acquired, triads)}
+    channels = tuple(
+        rounded(channel) if channel.name in coarse else channel for channel in channels_of(triads, found)
+    )
     return NoiseResult(
         name=first.name,
         sources=tuple(log_name(recording) for recording in recordings),
@@ -226,10 +230,9 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
     curves = _curve(found["allan"]), _curve(found["modified"]), _curve(found["hadamard"])
     units = TERM_UNITS[triad]
     if fit is None:
-        why = messages.TOO_SHORT if np.all(curves[0].deviation > 0.0) else messages.NO_NOISE
-        nan, inf = math.nan, math.inf
-        terms = tuple(Parameter(word, unit, nan, inf, nan, nan, False, why) for word, unit in units.items())
-        return ChannelNoise(name, triad, *curves, terms, np.full(len(units), nan), nan)
+        why = messages.TOO_SHORT if np.all(curves[0].deviation > 0.0) else messages.ROUNDED
+        unknown = np.full(len(units), math.nan)
+        return ChannelNoise(name, triad, *curves, _unknown(triad, why), unknown, math.nan)
     return ChannelNoise(
         name,
         triad,
@@ -241,6 +244,26 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
         misfit=fit["misfit"],
         filter=fit["filter"],
     )
+
+
+def rounded(channel: ChannelNoise) -> ChannelNoise:
+    """Returns a channel whose noise its readings do not show: they repeat until it has gone a step."""
+    return replace(
+        channel,
+        terms=_unknown(channel.triad, messages.ROUNDED),
+        model=np.full(len(channel.model), math.nan),
+        chi_square=math.nan,
+        degrees_of_freedom=0,
+        misfit=0.0,
+        filter=0.0,
+        is_rounded=True,
+    )
+
+
+def _unknown(triad: Triad, why: str) -> tuple[Parameter, ...]:
+    nan, inf = math.nan, math.inf
+    units = TERM_UNITS[triad].items()
+    return tuple(Parameter(word, unit, nan, inf, nan, nan, False, why) for word, unit in units)
 
 
 def _curve(found: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> DeviationCurve:

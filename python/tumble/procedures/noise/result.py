@@ -70,6 +70,9 @@ class ChannelNoise(Tabular):
     """Scatter of the deviations about the sum of the terms beyond chance, as a share of them."""
     filter: float = 0.0
     """Time constant, s, of the sensor's own filter, where the shortest averages show one; else 0."""
+    is_rounded: bool = False
+    """Indicates whether the steps of the readings, or a dead band, are coarser than the noise (rounding.md,
+    eq. 1): the deviations are those of the readings, and may lie below those of the sensor."""
 
     @property
     def unit(self) -> str:

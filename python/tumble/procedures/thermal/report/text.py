@@ -108,8 +108,11 @@ def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
     )
     fixture = "yes" if result.options.get("fixture") else "no: each rest is a pose of its own"
     return (
-        ("fit", "generalised least squares in white noise and flicker noise or random walk, averaged over both"
-            " and their strengths"),
+        (
+            "fit",
+            "generalised least squares in white noise and flicker noise or random walk, averaged over both"
+            " and their strengths",
+        ),
         ("order", "the likeliest, each power at a cost; sigmas take in the others by their Akaike weights"),
         ("left by the fit", noise),
         ("thermometer", f"steps of {result.step:.3g} K, smoothed over four of them at least"),
