@@ -8,11 +8,12 @@ use crate::distributions::median;
 
 /// Steps of the thermometer in a window, at least.
 const STEPS: f64 = 4.0;
-/// Longest window, as a share of a session, and shortest, in spans.
+/// Longest and shortest window, as shares of a session: a slope needs that long in a thermometer that scatters, and a value
+/// over another window than its slope would err where temperature turns.
 const LONGEST: f64 = 0.1;
-const SHORTEST: usize = 3;
-/// Window in which the slope is read, as a share of a session, at least.
-const SLOPE: f64 = 0.02;
+const SHORTEST: f64 = 0.02;
+/// Spans in a window, at least.
+const SPANS: usize = 3;
 /// Share of the usual slope below which it neither warms nor cools.
 const LEVEL: f64 = 0.02;
 
@@ -40,19 +41,15 @@ impl SmoothTemperature {
 pub fn smooth(spans: &[Span], step: f64) -> Vec<SmoothTemperature> {
     let (times, readings): (Vec<f64>, Vec<f64>) =
         spans.iter().map(|span| (span.middle(), span.temperature)).unzip();
-    let session = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
     let half = 0.5 * window(&times, &readings, step);
-    // A slope needs longer than a value, in a thermometer that scatters.
-    let half_of_slope = half.max(0.5 * SLOPE * session);
-    let values = (0..times.len()).map(|place| line_at(&times, &readings, place, half).0);
-    let slopes: Vec<f64> = (0..times.len())
-        .map(|place| line_at(&times, &readings, place, half_of_slope).1)
+    let lines: Vec<(f64, f64)> = (0..times.len())
+        .map(|place| line_at(&times, &readings, place, half))
         .collect();
-    let mut sizes: Vec<f64> = slopes.iter().map(|slope| slope.abs()).collect();
+    let mut sizes: Vec<f64> = lines.iter().map(|(_, slope)| slope.abs()).collect();
     let usual = median(&mut sizes).unwrap_or(0.0);
-    values
-        .zip(&slopes)
-        .map(|(value, &slope)| SmoothTemperature {
+    lines
+        .into_iter()
+        .map(|(value, slope)| SmoothTemperature {
             value,
             slope,
             leg: if slope.abs() > LEVEL * usual {
@@ -74,7 +71,8 @@ fn window(times: &[f64], readings: &[f64], step: f64) -> f64 {
         0.0
     };
     let spans = session / times.len().max(1) as f64;
-    steps.min(LONGEST * session).max(SHORTEST as f64 * spans)
+    let shortest = (SHORTEST * session).max(SPANS as f64 * spans);
+    steps.min(LONGEST * session).max(shortest)
 }
 
 /// The line through the readings within `half` a window of a place: its value there and its slope.
