@@ -28,7 +28,10 @@ use crate::acquisition::{Acquired, Plateau, interval};
 struct Rate {
     label: ResidualLabel,
     observation: RateObservation<f64>,
+    /// That of the reference; once the accelerometer of the target is calibrated, its own.
     force: Vector3<f64>,
+    /// Mean reading of the accelerometer of the target.
+    felt: Vector3<f64>,
     /// Derivative of the truth by a shift of the target's clock, rad/s^2.
     by_shift: Vector3<f64>,
 }
@@ -64,6 +67,7 @@ impl TargetSession<'_> {
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let mut rates = self.rates(&back);
         if let Some(accelerometer) = accelerometer {
+            feel_own_force(&mut rates, accelerometer);
             give_way(&mut rates, accelerometer.by_direction / self.settings.gravity);
             if let Some(slip) = &accelerometer.slip {
                 rates = as_slipped(rates, slip);
@@ -184,6 +188,7 @@ impl TargetSession<'_> {
         for rate in &mut rates {
             rate.observation = turn_back(rate.observation, back);
             rate.force = back * rate.force;
+            rate.felt = back * rate.felt;
             rate.by_shift = back * rate.by_shift;
         }
         rates
@@ -307,6 +312,7 @@ impl TargetSession<'_> {
             label,
             observation,
             force: seen.velocity / seen.interval.duration() - self.reference.sphere.bias,
+            felt: felt.velocity / duration,
             by_shift,
         }
     }
@@ -342,9 +348,12 @@ impl TargetSession<'_> {
 
     fn at_rest(&self, pair: &PairedRest) -> Rate {
         let cut = self.cut(pair);
-        let reading = cut.map_or_else(
-            || pair.segment.angular_rate(),
-            |cut| cut.angle / cut.interval.duration(),
+        let (reading, felt) = cut.map_or_else(
+            || (pair.segment.angular_rate(), pair.segment.specific_force()),
+            |cut| {
+                let duration = cut.interval.duration();
+                (cut.angle / duration, cut.velocity / duration)
+            },
         );
         let own = self.own_rest(pair);
         let when = Interval {
@@ -359,6 +368,7 @@ impl TargetSession<'_> {
             label: ResidualLabel::Rest(pair.reference),
             observation,
             force: seen.specific_force() - self.reference.sphere.bias,
+            felt,
             by_shift: Vector3::zeros(),
         }
     }
@@ -394,6 +404,7 @@ impl TargetSession<'_> {
             label: ResidualLabel::Turn(pair.reference, next.reference),
             observation,
             force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
+            felt: felt.velocity() / felt.duration(),
             by_shift: Vector3::zeros(),
         })
     }
@@ -423,6 +434,18 @@ impl TargetSession<'_> {
 fn besides_noise(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
     let rounding = unit.rounding.of_turn(turn, unit.rests.len());
     rounding.add_scalar(unit.variance_by_stamps(turn))
+}
+
+/// Gives each rate the specific force at the place of the target, which a table at a constant rate pulls outwards by another
+/// one than the reference (docs/theory/turntable.md, section 5).
+fn feel_own_force(rates: &mut [Rate], accelerometer: &TriadCalibration) {
+    let correction = accelerometer.model.correction().ok();
+    let Some(correction) = correction.filter(|_| accelerometer.observed.iter().all(|is| *is)) else {
+        return;
+    };
+    for rate in rates {
+        rate.force = correction.apply(&rate.felt);
+    }
 }
 
 /// Makes the axis of each turn as uncertain as the tilt of the accelerometer from direction to direction: turns about one axis
