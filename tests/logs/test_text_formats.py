@@ -263,3 +263,23 @@ def test_a_printed_topic_that_breaks_off_in_its_first_row_is_refused(tmp_path, c
     names = path.read_text().splitlines()[0]
     path.write_text(f"{names}\n1,2")
     assert "breaks off" in refusal(path)
+
+
+@pytest.mark.parametrize("whole", [(), ("time_ms",), ("gz",), ("time_ms", "gx", "gy", "gz")])
+def test_decimal_commas_are_read_beside_any_number_of_semicolons(tmp_path, chunk, whole):
+    """Where one column held whole numbers, a row had as many commas as semicolons, and was split by these."""
+    time = "time_ms" if "time_ms" in whole else "time"
+    names = [time, "ax", "ay", "az", "gx", "gy", "gz"]
+    stamps = np.arange(len(chunk)) * (10.0 if time in whole else 0.01)
+    table = np.column_stack([stamps, chunk.accelerometer, chunk.gyroscope])
+    table[:, [name in whole for name in names]] = np.round(table[:, [name in whole for name in names]])
+
+    def cell(name, value):
+        return f"{value:.0f}" if name in whole else f"{value:.9f}".replace(".", ",")
+
+    rows = [";".join(map(cell, names, row)) for row in table]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([";".join(names), *rows]) + "\n")
+    found = read(path, ReadOptions(gyroscope_unit="rad/s", accelerometer_unit="m/s^2"))
+    assert found.accelerometer == pytest.approx(table[:, 1:4], abs=1e-8)
+    assert found.gyroscope == pytest.approx(table[:, 4:], abs=1e-8)

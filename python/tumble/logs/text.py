@@ -295,17 +295,25 @@ def _soundest(rows: Sequence[str], columns: int) -> str:
 def _sound_fields(row: str, columns: int) -> int:
     """Counts numbers and dates in a row of that many columns; -1 if it has more or fewer."""
     delimiter = _row_delimiter(row, columns)
-    fields = split_line(row, delimiter)
-    if len(fields) != columns:
-        return -1
+    return _sound_by(row, delimiter) if len(split_line(row, delimiter)) == columns else -1
+
+
+def _sound_by(row: str, delimiter: str) -> int:
+    """Counts numbers and dates in a row by that delimiter."""
     decimal_point = _decimal_point(row, delimiter)
+    fields = split_line(row, delimiter)
     return sum(is_time_stamp(field) or _is_number(field, decimal_point) for field in fields)
 
 
 def _row_delimiter(row: str, columns: int) -> str:
-    """Rows may be split otherwise than names; blanks come last, a time stamp may hold one."""
-    fitting = (delimiter for delimiter in _DELIMITERS if len(split_line(row, delimiter)) == columns)
-    return next(fitting, None) or max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
+    """Rows may be split otherwise than names: of delimiters that give as many fields, by most numbers.
+
+    Decimal commas may be as many as semicolons. Blanks come last, a time stamp may hold one.
+    """
+    fitting = [delimiter for delimiter in _DELIMITERS if len(split_line(row, delimiter)) == columns]
+    if fitting:
+        return max(fitting, key=lambda delimiter: _sound_by(row, delimiter))
+    return max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
 
 
 def _refuse_repeated(path: Path, number: int, names: list[str], sought: SoughtTable) -> None:

@@ -222,17 +222,18 @@ function soundest(rows: string[], columns: number): string {
 
 function soundFields(row: string, columns: number): number {
   const delimiter = rowDelimiter(row, columns);
-  const fields = splitLine(row, delimiter);
-  if (fields.length !== columns) return -1;
+  return splitLine(row, delimiter).length === columns ? soundBy(row, delimiter) : -1;
+}
+
+function soundBy(row: string, delimiter: string): number {
   const point = decimalPointOf(row, delimiter);
-  return fields.filter((field) => isTimeStamp(field) || isNumber(field, point)).length;
+  return splitLine(row, delimiter).filter((field) => isTimeStamp(field) || isNumber(field, point)).length;
 }
 
 function rowDelimiter(row: string, columns: number): string {
-  return (
-    table.delimiters.find((delimiter) => splitLine(row, delimiter).length === columns) ??
-    largestBy(table.delimiters, (delimiter) => splitLine(row, delimiter).length)
-  );
+  const fitting = table.delimiters.filter((delimiter) => splitLine(row, delimiter).length === columns);
+  if (fitting.length) return largestBy(fitting, (delimiter) => soundBy(row, delimiter));
+  return largestBy(table.delimiters, (delimiter) => splitLine(row, delimiter).length);
 }
 
 function refuseRepeated(file: string, number: number, names: string[]): string[] {
