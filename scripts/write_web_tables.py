@@ -110,7 +110,7 @@ def _text() -> dict[str, Any]:
 
 
 def _units() -> dict[str, Any]:
-    usual = ("IMU_RATE", "DURATION", "RATE_NOISE", "RATE_BIAS")
+    usual = ("IMU_RATE", "DURATION", "RATE_NOISE", "RATE_BIAS", "OPTICAL_NOISE", "OPTICAL_BIAS")
     return {
         "values": units.UNITS,
         "spellings": {each: {**units.IN_WORDS[each], **found} for each, found in units.SPELLINGS.items()},
@@ -145,6 +145,8 @@ def _units() -> dict[str, Any]:
         "asked": unit_evidence.ASKED,
         "certain": unit_evidence.CERTAIN,
         "usual": {name: asdict(getattr(unit_evidence, name)) for name in usual},
+        "optical": unit_evidence.OPTICAL,
+        "rateUnits": unit_evidence.RATE_UNITS,
         "countedInFractions": unit_evidence.COUNTED_IN_FRACTIONS,
         "stillNoise": unit_evidence.STILL_NOISE,
         "stillTurn": unit_evidence.STILL_TURN,

@@ -51,6 +51,43 @@ def test_no_rest_shows_a_unit_that_is_not_its_own(sensor, unit):
     assert rate_unit_at_rest(rest) in (None, unit)
 
 
+optical = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 2**32 - 1),
+        "rate": st.sampled_from([50.0, 100.0, 400.0]),
+        "bias": st.floats(math.log(0.0005 * DEGREE), math.log(0.006 * DEGREE)).map(math.exp),
+        "noise": st.floats(math.log(1.6e-5 * DEGREE), math.log(1.6e-3 * DEGREE)).map(math.exp),
+    }
+)
+"""Gyroscopes of fibres and lasers: 0.001 to 0.1 deg/sqrt(h), and the Earth's rotation."""
+
+
+@settings(max_examples=repetitions(200))
+@given(sensor=optical)
+def test_degrees_of_an_optical_gyroscope_are_not_taken_for_radians(sensor):
+    chunk = resting(**sensor)
+    rest = rest_in(chunk.accelerometer, chunk.gyroscope / DEGREE, 1.0 / sensor["rate"])
+    assert rate_unit_at_rest(rest) in (None, "deg/s")
+
+
+def test_a_log_that_states_degrees_of_an_optical_gyroscope_is_read(tmp_path):
+    chunk = resting(5, 100.0, 0.004 * DEGREE, 1.6e-4 * DEGREE)
+    header = "time [s],ax,ay,az,gx [deg/s],gy [deg/s],gz [deg/s]"
+    path = write_text(tmp_path / "log.csv", chunk, header, scale=(1.0, 1.0, 1.0 / DEGREE))
+    assert open_recording(path).metadata.gyroscope_unit.name == "deg/s"
+
+
+@pytest.mark.parametrize("turns", [0.0, 2.0])
+def test_thousandths_of_a_degree_are_known_at_rest(tmp_path, turns):
+    """A peak of 136 was taken for deg/s whatever the noise at rest."""
+    chunk = resting(5, 100.0, 0.05 * DEGREE, 0.004 * DEGREE)
+    chunk.gyroscope[-100:, 2] += turns * DEGREE
+    path = write_text(tmp_path / "log.csv", chunk, scale=(1.0, 1.0, 1000.0 / DEGREE))
+    unit = open_recording(path).metadata.gyroscope_unit
+    assert unit.name == "mdeg/s"
+    assert unit.reason in (AT_REST, ASSUMED)
+
+
 def test_most_gyroscopes_in_degrees_are_known_at_rest():
     random = np.random.default_rng(3)
     known = 0

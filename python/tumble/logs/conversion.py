@@ -19,7 +19,14 @@ from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.stated_units import is_counts
 from tumble.logs.track import WRITTEN, RawSamples, StatedUnit
 from tumble.logs.triads import change_axes, gathered, largest_each, whole
-from tumble.logs.unit_evidence import IMU_RATE, MAGNETOMETER_RATE, StillReadings, Usual, rest_in
+from tumble.logs.unit_evidence import (
+    IMU_RATE,
+    MAGNETOMETER_RATE,
+    RATE_UNITS,
+    StillReadings,
+    Usual,
+    rest_in,
+)
 from tumble.logs.units import (
     LARGEST_READING,
     UNITS,
@@ -473,17 +480,17 @@ def _gyroscope(
                 "and --gyroscope-unit, else the unit"
             )
         unit, scale = _unit("gyroscope", StatedUnit(likely, reason))
-        return replace(unit, doubt=_ASSUMED_RATE if unit.is_assumed else ""), scale
-    if rest is not None and (likely := rate_unit_at_rest(rest)) is not None and stated.name in _CONFUSED:
+        return replace(unit, doubt=_assumed_rate(unit.name) if unit.is_assumed else ""), scale
+    if rest is not None and (likely := rate_unit_at_rest(rest)) is not None and stated.name in RATE_UNITS:
         _refuse_contradicted_rate(track, stated, likely, rest)
     return _unit("gyroscope", stated)
 
 
-_CONFUSED = ("rad/s", "deg/s")
-_ASSUMED_RATE = (
-    "the gyroscope is assumed to be in rad/s: neither the log nor its readings show a unit; state it with "
-    "--gyroscope-unit"
-)
+def _assumed_rate(unit: str) -> str:
+    return (
+        f"the gyroscope is assumed to be in {unit}: neither the log nor its readings show a unit; state it "
+        "with --gyroscope-unit"
+    )
 
 
 def _refuse_contradicted_rate(track: Stating, stated: StatedUnit, likely: str, rest: StillReadings) -> None:

@@ -49,6 +49,15 @@ RATE_NOISE = Usual(math.radians(0.003), 5.0, 1e-2)
 """rad/s/sqrt(Hz): of data sheets of MEMS gyroscopes, tactical to cheapest; vibration makes it unusual."""
 RATE_BIAS = Usual(math.radians(0.5), 4.0, 1e-4)
 """rad/s: zero-rate output of data sheets of MEMS gyroscopes."""
+OPTICAL_NOISE = Usual(math.radians(1.5e-4), 5.0, 1e-2)
+"""rad/s/sqrt(Hz): of data sheets of gyroscopes of fibres and lasers, 0.001 to 0.1 deg/sqrt(h)."""
+OPTICAL_BIAS = Usual(math.radians(0.003), 3.0, 1e-4)
+"""rad/s: these read the Earth's rotation, 0.004 deg/s at most, rather than a bias."""
+OPTICAL = 0.01
+"""Share of logs that are of such a gyroscope."""
+RATE_UNITS = {"rad/s": 1.0, "deg/s": 1.0, "mdeg/s": 0.01}
+"""Units of a gyroscope that readings may show, by how usual they are where no unit is stated: drivers of
+chips write mdeg/s. mrad/s, in which most gyroscopes read nearly as in deg/s, has to be stated."""
 STILL_NOISE = 0.01
 """m/s^2/sqrt(Hz): twice the largest of data sheets; what shakes more is carried, or flies."""
 STILL_TURN = math.radians(0.5)
@@ -133,12 +142,20 @@ def _direction(force: FloatArray) -> FloatArray:
 def log_likelihood_of_rate_unit(rest: StillReadings, unit: float) -> float:
     """Returns that of a unit of the gyroscope, rad/s, relative to the likeliest readings of any gyroscope.
 
-    A body that turns about an axis across gravity takes gravity with it: at rest such a rate is bias.
+    A body that turns about an axis across gravity takes gravity with it: at rest such a rate is bias, or the
+    Earth's rotation.
     """
-    found = 0.0
-    if rest.noise > 0.0:
-        found += RATE_NOISE.log_likelihood(rest.noise * unit)  # units.md, eq. 4
-    return found + (RATE_BIAS.log_likelihood(rest.rate * unit) if rest.rate > 0.0 else 0.0)
+    kinds = (
+        (math.log1p(-OPTICAL), RATE_NOISE, RATE_BIAS),
+        (math.log(OPTICAL), OPTICAL_NOISE, OPTICAL_BIAS),
+    )
+    found = [share + _of_kind(rest, unit, noise, bias) for share, noise, bias in kinds]
+    return float(np.logaddexp.reduce(found))  # units.md, eq. 4
+
+
+def _of_kind(rest: StillReadings, unit: float, noise: Usual, bias: Usual) -> float:
+    figures = ((noise, rest.noise * unit), (bias, rest.rate * unit))
+    return sum(usual.log_likelihood(figure) for usual, figure in figures if figure > 0.0)
 
 
 def log_likelihood_of_step(step: float, samples: int | None, rates: Usual) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -20,6 +20,7 @@ from tumble.logs.unit_evidence import (
     CERTAIN,
     COUNTED_IN_FRACTIONS,
     IMU_RATE,
+    RATE_UNITS,
     StillReadings,
     Usual,
     log_likelihood_of_rate_unit,
@@ -337,21 +338,30 @@ def guess_gyroscope_unit(smallest: float, peak: float, rest: StillReadings | Non
     """
     if peak > _IMPOSSIBLE_DEG_PER_S or smallest > _LARGEST_BIAS_DEG_PER_S:
         return None, ""
-    if peak > IMPOSSIBLE_RAD_PER_S:
-        return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
-    likely = rate_unit_at_rest(rest)
-    return (likely, AT_REST) if likely else ("rad/s", ASSUMED)
-
-
-def rate_unit_at_rest(rest: StillReadings | None) -> str | None:
-    """Returns the unit, of rad/s and deg/s, that bias and noise at rest show; None where both may be."""
+    is_fast = peak > IMPOSSIBLE_RAD_PER_S
+    too_fast = f"peak of {peak:.4g} is too fast for rad/s"
     if rest is None:
-        return None
-    units = {name: UNITS["gyroscope"][name] for name in ("rad/s", "deg/s")}
-    (likely, _), (_, odds) = ordered(
-        {name: log_likelihood_of_rate_unit(rest, unit) for name, unit in units.items()}
-    )
+        return ("deg/s", too_fast) if is_fast else ("rad/s", ASSUMED)
+    likely, odds = _likeliest_rate_unit(rest, [name for name in RATE_UNITS if name != "rad/s" or not is_fast])
+    if odds > CERTAIN:  # units.md, eq. 6
+        return likely, too_fast if is_fast and likely == "deg/s" else AT_REST
+    return likely if is_fast else "rad/s", ASSUMED
+
+
+def rate_unit_at_rest(rest: StillReadings) -> str | None:
+    """Returns the unit that bias and noise at rest show; None where several may be."""
+    likely, odds = _likeliest_rate_unit(rest, list(RATE_UNITS))
     return likely if odds > CERTAIN else None  # units.md, eq. 6
+
+
+def _likeliest_rate_unit(rest: StillReadings, names: Sequence[str]) -> tuple[str, float]:
+    """Returns the likeliest unit, and how much less likely the next is, in logarithms."""
+    likelihoods = {
+        name: math.log(RATE_UNITS[name]) + log_likelihood_of_rate_unit(rest, UNITS["gyroscope"][name])
+        for name in names
+    }
+    (likely, _), (_, odds), *_ = ordered(likelihoods)
+    return likely, odds
 
 
 def in_celsius(values: FloatArray, unit: str) -> FloatArray:

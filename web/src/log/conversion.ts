@@ -230,11 +230,11 @@ function gyroscopeUnit(
     }
     const doubt =
       likely.reason === units.ASSUMED
-        ? 'the gyroscope is assumed to be in rad/s: neither the log nor its readings show a unit; state it with --gyroscope-unit'
+        ? `the gyroscope is assumed to be in ${likely.name}: neither the log nor its readings show a unit; state it with --gyroscope-unit`
         : '';
     return { ...resolved('gyroscope', likely.name, likely.reason), doubt };
   }
-  const likely = ['rad/s', 'deg/s'].includes(stated.name) ? units.rateUnitAtRest(rest) : undefined;
+  const likely = rest && stated.name in table.rateUnits ? units.rateUnitAtRest(rest) : undefined;
   if (rest && likely !== undefined && likely !== stated.name && !stated.reason.startsWith('option')) {
     throw new Failure(
       `${log.file}: gyroscope is stated in ${stated.name} (${stated.reason}) but reads ${general(rest.rate, 4)} across ` +

@@ -228,18 +228,31 @@ function ordered(likelihoods: readonly (readonly [string, number])[]): [string, 
   return sorted.map(([name, value]) => [name, sorted[0][1] - value]);
 }
 
-/** Returns the unit that bias and noise at rest show; nothing where both may be. */
-export function rateUnitAtRest(rest: StillReadings | undefined): string | undefined {
-  if (rest === undefined) return undefined;
-  const [[likely], [, odds]] = ordered(
-    ['rad/s', 'deg/s'].map((name) => {
-      const unit = valueOf('gyroscope', name);
-      const noise = rest.noise > 0 ? logLikelihood(table.usual.RATE_NOISE, rest.noise * unit) : 0;
-      const bias = rest.rate > 0 ? logLikelihood(table.usual.RATE_BIAS, rest.rate * unit) : 0;
-      return [name, noise + bias] as const;
-    }),
-  );
+/** Returns the unit that bias and noise at rest show; nothing where several may be. */
+export function rateUnitAtRest(rest: StillReadings): string | undefined {
+  const [likely, odds] = likeliestRateUnit(rest, Object.keys(table.rateUnits));
   return odds > table.certain ? likely : undefined;
+}
+
+/** Returns the likeliest unit, and how much less likely the next is, in logarithms. */
+function likeliestRateUnit(rest: StillReadings, names: readonly string[]): [string, number] {
+  const shares: Record<string, number> = table.rateUnits;
+  const likelihoods = names.map((name) => {
+    return [name, Math.log(shares[name]) + logLikelihoodOfRateUnit(rest, valueOf('gyroscope', name))] as const;
+  });
+  const [[likely], [, odds]] = ordered(likelihoods);
+  return [likely, odds];
+}
+
+function logLikelihoodOfRateUnit(rest: StillReadings, unit: number): number {
+  const { RATE_NOISE, RATE_BIAS, OPTICAL_NOISE, OPTICAL_BIAS } = table.usual;
+  const ofKind = (share: number, noise: Usual, bias: Usual) =>
+    share +
+    (rest.noise > 0 ? logLikelihood(noise, rest.noise * unit) : 0) +
+    (rest.rate > 0 ? logLikelihood(bias, rest.rate * unit) : 0);
+  const usual = ofKind(Math.log1p(-table.optical), RATE_NOISE, RATE_BIAS);
+  const optical = ofKind(Math.log(table.optical), OPTICAL_NOISE, OPTICAL_BIAS);
+  return Math.max(usual, optical) + Math.log1p(Math.exp(-Math.abs(usual - optical)));
 }
 
 /** Returns the unit of a gyroscope, and why; nothing where none fits. */
@@ -249,11 +262,15 @@ export function guessGyroscopeUnit(
   rest: StillReadings | undefined,
 ): { name: string; reason: string } | undefined {
   if (fastest > table.impossibleDegrees || smallest > table.largestBiasDegrees) return undefined;
-  if (fastest > table.impossibleRadians) {
-    return { name: 'deg/s', reason: `peak of ${fastest.toPrecision(4)} is too fast for rad/s` };
+  const isFast = fastest > table.impossibleRadians;
+  const tooFast = `peak of ${fastest.toPrecision(4)} is too fast for rad/s`;
+  if (rest === undefined) {
+    return isFast ? { name: 'deg/s', reason: tooFast } : { name: 'rad/s', reason: ASSUMED };
   }
-  const likely = rateUnitAtRest(rest);
-  return likely ? { name: likely, reason: AT_REST } : { name: 'rad/s', reason: ASSUMED };
+  const possible = Object.keys(table.rateUnits).filter((name) => name !== 'rad/s' || !isFast);
+  const [likely, odds] = likeliestRateUnit(rest, possible);
+  if (odds > table.certain) return { name: likely, reason: isFast && likely === 'deg/s' ? tooFast : AT_REST };
+  return { name: isFast ? likely : 'rad/s', reason: ASSUMED };
 }
 
 /** Returns the median step between times that advances; NaN where none does. */
