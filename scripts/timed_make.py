@@ -54,8 +54,10 @@ class Made:
 
 
 def unit() -> float:
-    """Processor seconds of the fixed task, the least of three: bzip2 compresses a megabyte, which computes,
-    and an interpreter starts, which reads files and maps memory, as most of what tests run.
+    """Processor seconds of the fixed task, the least of three.
+
+    bzip2 compresses a megabyte, which computes, and an interpreter starts, which reads files and maps
+    memory, as most of what tests run.
     """
     text = bytes((i * i >> 3) % 251 for i in range(1 << 20))
     return min(_processor_seconds(text) for _ in range(3))

@@ -198,7 +198,7 @@ def test_bounds_hold_for_records_with_gaps(gaps):
             record.end_stretch()
         fits = [channel["fit"] for channel in record.conclude(1.0 / rate)]
         shares += [[term["high"] for term in fit["terms"][1:4]] / np.array(truth[1:4]) for fit in fits if fit]
-    # Of 360 bounds of 97.5 % nine are below the truth.
+    # Nine of 360 bounds of 97.5 % are below the truth.
     assert len(shares) == 120
     assert np.sum(np.array(shares) < 1.0) <= 20
     assert np.min(shares) > 0.7

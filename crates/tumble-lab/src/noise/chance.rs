@@ -261,7 +261,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn stretches_of_any_lengths_have_the_freedom_of_each_by_its_differences(
+        fn stretches_of_any_lengths_add_what_their_differences_show(
             lengths in prop::collection::btree_map(900_u64..1100, 1_u64..4, 1..40),
             samples in 430_usize..560,
         ) {

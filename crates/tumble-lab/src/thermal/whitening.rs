@@ -78,7 +78,7 @@ fn centre(of: &Interval<f64>) -> f64 {
 /// noise: worked out once for all axes and all polynomials.
 #[derive(Clone, Debug)]
 pub struct Whitening {
-    /// Of each kind of slow noise.
+    /// Rotation of each kind of slow noise.
     each: [Rotation; Wander::ALL.len()],
 }
 
