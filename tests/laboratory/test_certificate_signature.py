@@ -308,3 +308,15 @@ def test_a_pdf_that_is_read_for_ever_ends_in_one_line(laboratory, monkeypatch, n
         attached_xml(content)
     assert "\n" not in str(caught.value)
     assert "takes more than" in found.fault + str(caught.value) or name in ENDED_PDF
+
+
+def test_signer_that_expired_is_named_with_its_dates(tmp_path, monkeypatch):
+    """The XML of an untouched certificate "was changed", once the certificate of its signer had expired."""
+    monkeypatch.setattr("tumble.laboratory.certificate.signing_key.date_now", lambda: "2001-01-01T00:00:00Z")
+    public = make_key(tmp_path / "old.pem", NAME)
+    xml = sign(dcc_of(certificate(("en",))), load_key(tmp_path / "old.pem"))
+    found = verify(xml, [load_signer(public)])
+    assert "2000-12-31 to 20" in found.fault
+    assert NAME in found.fault
+    assert "changed" not in found.fault
+    assert found.xml == b""

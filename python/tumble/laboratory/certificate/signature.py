@@ -137,7 +137,7 @@ def _sign_xml(content: bytes, key: SigningKey) -> bytes:
 
 def _verify_xml(content: bytes, signers: Sequence[x509.Certificate] | None) -> tuple[x509.Certificate, bytes]:
     """Return who of `signers` signed an XML, and what was signed."""
-    from signxml.exceptions import InvalidInput, InvalidSignature
+    from signxml.exceptions import InvalidCertificate, InvalidInput, InvalidSignature
     from signxml.verifier import SignatureConfiguration, XMLVerifier
 
     root = parse_xml(content, "certificate")
@@ -152,6 +152,13 @@ def _verify_xml(content: bytes, signers: Sequence[x509.Certificate] | None) -> t
         found: Any = XMLVerifier().verify(
             content, x509_cert=signer, expect_config=SignatureConfiguration(require_x509=False, location="./")
         )
+    except InvalidCertificate as error:
+        dates = (signer.not_valid_before_utc, signer.not_valid_after_utc)
+        first, last = (f"{date:%Y-%m-%d}" for date in dates)
+        raise _NotIntactError(
+            f"names {name_of(signer)} as signer, whose certificate holds from {first} to {last} only; verify "
+            "the PDF, which states when it was signed"
+        ) from error
     except (InvalidSignature, InvalidInput) as error:
         raise _NotIntactError("was changed since it was signed") from error
     signed: bytes = found.signed_data
