@@ -137,3 +137,31 @@ def test_deviations_are_those_of_allantools():
         curve = found[name][found[name][:, 0] < 32.0 / RATE]
         _, deviation, _, _ = peer(y[:, 0], rate=RATE, data_type="freq", taus=curve[:, 0])
         np.testing.assert_allclose(curve[:, 1], deviation, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("second", "changes"), [(1.0, False), (1.03, False), (1.3, True), (2.0, True), (0.7, True)]
+)
+def test_logs_of_unlike_noise_are_named(second, changes):
+    """Two logs of 1 and 2 mm/s^2/sqrt(Hz) had 1.58 without a word, as noise did not grow along a line."""
+    logs = [still_log(f"log {k}", 1e-3 * factor, seed=40 + k) for k, factor in enumerate((1.0, second))]
+    warnings = " ".join(tumble.noise(logs).warnings)
+    assert ("white noise changes by a factor of" in warnings) == changes
+
+
+def test_noise_in_bursts_is_named():
+    still = still_log("bursts", 1e-3, seed=50)
+    chunk = next(iter(still.chunks()))
+    force = chunk.accelerometer.copy()
+    force[20_000:26_000, 0] += np.random.default_rng(51).normal(0.0, 0.02, 6_000)
+    warnings = tumble.noise(Recording.from_arrays("bursts", chunk.time, force, chunk.gyroscope)).warnings
+    assert "accelerometer x: white noise changes by a factor of" in " ".join(warnings)
+
+
+def still_log(name, density, seed, samples=60_000, rate=100.0):
+    print(f"seed {seed}")
+    values = _core.StillNoise(seed, np.array([[0.0, density, 0.0, 0.0, 0.0]] * 6), rate, samples).draw(
+        samples
+    )
+    time = np.arange(samples) / rate
+    return Recording.from_arrays(name, time, values[:, :3] + [0.0, 0.0, 9.8], values[:, 3:])

@@ -1,4 +1,4 @@
-"""Course of white noise over a log: noise that grows or fades is no one number."""
+"""Course of white noise over a log: noise that is not the same throughout is no one number."""
 
 from __future__ import annotations
 
@@ -6,26 +6,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.recording import FloatArray
 
 _BLOCK = 256
 """Samples of a block."""
 _PARTS = 16
 """Parts of a log that are compared."""
-_CLEAR = 7.0
-"""Sigmas of the slope over the parts, by their scatter about it, beyond which noise changes."""
+_UNLIKELY = 1e-9
+"""Chance of a difference of the parts, by the scatter of blocks within them, below which noise changes."""
 _NOTABLE = 1.1
-"""Ratio of the noise at the end to that at the beginning that is worth a word."""
+"""Ratio of the noise of two parts that is worth a word."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseChange:
-    """White noise of a channel that changes steadily over the log."""
+    """White noise of a channel that is not the same in all parts of a log: standard deviations of a sample, SI."""
 
     channel: int
-    first: float
-    last: float
-    """Standard deviation of a sample at the beginning and at the end, SI."""
+    least: float
+    largest: float
+    at: tuple[float, float]
+    """Shares of the samples before the middle of the part of each."""
 
 
 class NoiseCourse:
@@ -41,20 +43,30 @@ class NoiseCourse:
             self._squares.append(squares[start : start + _BLOCK].mean(axis=0))
 
     def changes(self) -> list[NoiseChange]:
-        """Lists the channels whose noise grows or fades from one end of the log to the other."""
+        """Lists the channels whose noise differs from part to part beyond the scatter of blocks within them."""
         if len(self._squares) < 2 * _PARTS:
             return []
-        parts = np.array([part.mean(axis=0) for part in np.array_split(np.array(self._squares), _PARTS)])
-        if (parts <= 0.0).any():
-            return []
-        x = np.linspace(-0.5, 0.5, _PARTS)
-        variance = np.log(parts)
-        slope = x @ variance / (x @ x)
-        left = variance - variance.mean(axis=0) - np.outer(x, slope)
-        sigma = np.sqrt((left**2).sum(axis=0) / (_PARTS - 2) / (x @ x))
-        ends = np.exp(0.5 * (variance.mean(axis=0) + np.outer([-0.5, 0.5], slope)))
-        changed = (np.abs(slope) > _CLEAR * sigma) & (np.abs(slope) > 2.0 * np.log(_NOTABLE))
+        squares = np.array(self._squares)
+        parts = np.array_split(squares, _PARTS)
+        means = np.array([part.mean(axis=0) for part in parts])
+        counts = np.array([len(part) for part in parts])[:, None]
+        within = sum(((part - mean) ** 2).sum(axis=0) for part, mean in zip(parts, means, strict=True))
+        scatter = np.asarray(within) / (len(squares) - _PARTS)
+        chi_squares = (counts * (means - squares.mean(axis=0)) ** 2).sum(axis=0) / np.maximum(scatter, 1e-300)
+        sizes = np.sqrt(means)
+        changed = (sizes.max(axis=0) > _NOTABLE * sizes.min(axis=0)) & (scatter > 0.0)
         return [
-            NoiseChange(channel, float(ends[0, channel]), float(ends[1, channel]))
+            NoiseChange(
+                channel,
+                float(sizes[:, channel].min()),
+                float(sizes[:, channel].max()),
+                (_middle(sizes[:, channel].argmin()), _middle(sizes[:, channel].argmax())),
+            )
             for channel in np.flatnonzero(changed).tolist()
+            if _core.chi_square_tail(float(chi_squares[channel]), _PARTS - 1.0)
+            < _UNLIKELY  # noise.md, eq. 34b
         ]
+
+
+def _middle(part: np.intp) -> float:
+    return (float(part) + 0.5) / _PARTS

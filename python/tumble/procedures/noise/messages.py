@@ -71,18 +71,18 @@ def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterato
 
 
 def changing(found: Sequence[NoiseChange], triads: Sequence[Triad]) -> Iterator[str]:
-    """Names channels whose white noise is not the same all along the log."""
-    names = {f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}": each for each in found}
-    for word, some in (
-        ("grows", {name: each for name, each in names.items() if each.last > each.first}),
-        ("fades", {name: each for name, each in names.items() if each.last < each.first}),
-    ):
-        if some:
-            factors = [max(each.last / each.first, each.first / each.last) for each in some.values()]
-            yield (
-                f"{_names(some)}: white noise {word} by a factor of {_range(factors, 1.0)} over the log: "
-                "what is stated is its mean; look at the supply and at what else changes"
-            )
+    """Names channels whose white noise is not the same all along the log, or in all logs."""
+    if not found:
+        return
+    names = _names(f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}" for each in found)
+    factors = [each.largest / each.least for each in found]
+    most = max(found, key=lambda each: each.largest / each.least)
+    least, largest = (f"{100.0 * share:.0f} %" for share in most.at)
+    yield (
+        f"{names}: white noise changes by a factor of {_range(factors, 1.0)} within the samples, from its least "
+        f"after {least} of them to its largest after {largest}: what is stated is its mean; look at the supply "
+        "and at what else changes, and join logs of one state only"
+    )
 
 
 def disturbances(found: Sequence[Disturbance], logs: Mapping[str, LogTime]) -> Iterator[str]:
