@@ -21,10 +21,11 @@ _NOTABLE = 1.1
 
 @dataclass(frozen=True, slots=True)
 class NoiseChange:
-    """White noise of a channel that is not the same in all parts of a log: standard deviations of a sample, SI."""
+    """White noise of a channel that is not the same in all parts of a log."""
 
     channel: int
     least: float
+    """Standard deviation of a sample, SI, in the part where it is least, and where it is largest."""
     largest: float
     at: tuple[float, float]
     """Shares of the samples before the middle of the part of each."""
@@ -43,7 +44,7 @@ class NoiseCourse:
             self._squares.append(squares[start : start + _BLOCK].mean(axis=0))
 
     def changes(self) -> list[NoiseChange]:
-        """Lists the channels whose noise differs from part to part beyond the scatter of blocks within them."""
+        """Lists the channels whose noise differs from part to part beyond the scatter within these."""
         if len(self._squares) < 2 * _PARTS:
             return []
         squares = np.array(self._squares)

@@ -79,9 +79,9 @@ def changing(found: Sequence[NoiseChange], triads: Sequence[Triad]) -> Iterator[
     most = max(found, key=lambda each: each.largest / each.least)
     least, largest = (f"{100.0 * share:.0f} %" for share in most.at)
     yield (
-        f"{names}: white noise changes by a factor of {_range(factors, 1.0)} within the samples, from its least "
-        f"after {least} of them to its largest after {largest}: what is stated is its mean; look at the supply "
-        "and at what else changes, and join logs of one state only"
+        f"{names}: white noise changes by a factor of {_range(factors, 1.0)} within the samples, from its "
+        f"least after {least} of them to its largest after {largest}: what is stated is its mean; look at "
+        "the supply and at what else changes, and join logs of one state only"
     )
 
 
