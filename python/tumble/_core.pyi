@@ -893,6 +893,7 @@ class SpinFigures(TypedDict):
     slow_turn: tuple[float, float]
     turned_while_still: bool
     covariance: FloatArray
+    by_earth: FloatArray
     chi_square: float
     degrees_of_freedom: int
     widening: float

@@ -32,6 +32,7 @@ def spin_with(pattern, values, covariance, label="spin"):
         level_free=BiasEstimate(values[:3], sigma[:3], observable=True),
         gyroscope_bias=BiasEstimate(values[3:], sigma[3:], observable=True),
         covariance=covariance,
+        by_earth=np.zeros((3, 3)),
     )
 
 
@@ -128,3 +129,13 @@ def test_a_bias_that_no_spin_shows_is_no_number(pattern):
     assert combined.accelerometer_bias.reason == "too small a turn"
     assert np.isnan(combined.covariance[:3]).all()
     assert np.isfinite(combined.covariance[3:, 3:]).all()
+
+
+def test_spins_have_the_earths_rotation_in_common(pattern):
+    """Noise averages out over ten spins of one robot, the rotation of the Earth does not."""
+    share = np.diag([3e-10, 2e-10, 1e-10])
+    covariance = np.diag([1e-4] * 3 + [1e-10] * 3)
+    covariance[3:, 3:] += share
+    each = replace(spin_with(pattern, np.zeros(6), covariance), by_earth=share)
+    found = combine([each] * 10).covariance[3:, 3:]
+    np.testing.assert_allclose(found, share + 1e-11 * np.eye(3), rtol=1e-6, atol=1e-16)

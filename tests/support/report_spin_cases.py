@@ -123,6 +123,7 @@ def spin(number=1, start=10.0, turned=6.0 * np.pi, off=0.0):
         degrees_of_freedom=29,
         widening=1.0,
         covariance=np.diag(np.concatenate([FORCE_SIGMA, RATE_SIGMA]) ** 2),
+        by_earth=np.zeros((3, 3)),
         noise=np.array([[0.02] * 3, [0.024] * 3, [0.002] * 3, [0.0022, 0.0025, 0.03]]),
         blocks=blocks(start, end, turned, number),
     )

@@ -39,7 +39,14 @@ impl PySpinSettings {
         let mut values = stated.map_or(Ok(Vec::new()), values)?;
         let mut number = |name: &str, value| values.push((name.to_string(), Value::Number(value)));
         if let Some(latitude) = latitude {
-            number("earth_rate_up", vertical_earth_rate(latitude));
+            // Zero stands for a latitude that is not known.
+            let up = vertical_earth_rate(latitude);
+            let known = if up == 0.0 {
+                f64::from(f32::MIN_POSITIVE)
+            } else {
+                up
+            };
+            number("earth_rate_up", known);
         }
         if let Some((of_force, of_rate)) = bias_instability {
             number("specific_force_instability", of_force);

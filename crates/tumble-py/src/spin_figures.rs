@@ -133,6 +133,7 @@ pub(crate) fn figures<'py, T: Real>(
     dict.set_item("slow_turn", value(&estimate.slow_turn))?;
     dict.set_item("turned_while_still", estimate.turned_while_still)?;
     dict.set_item("covariance", array2(py, &estimate.covariance.map(wide)))?;
+    dict.set_item("by_earth", array2(py, &estimate.by_earth.map(wide)))?;
     dict.set_item("chi_square", wide(estimate.chi_square))?;
     dict.set_item("degrees_of_freedom", estimate.degrees_of_freedom)?;
     dict.set_item("widening", wide(estimate.widening))?;

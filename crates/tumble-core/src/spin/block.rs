@@ -4,7 +4,7 @@
 //! sample, so that a block may be long enough for quiet means and yet lose nothing of the harmonics (docs/theory/spin.md,
 //! eq. 8, 9).
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::moments::RunningSums;
 use crate::real::{Real, real, seconds};
@@ -57,6 +57,11 @@ impl<T: Real> Block<T> {
     pub fn angular_rate(&self) -> Vector3<T> {
         let mean = self.moments.mean();
         Vector3::new(mean[3], mean[4], mean[5])
+    }
+
+    /// Mean cosine and sine of the corrected heading.
+    pub fn direction(&self) -> Vector2<T> {
+        Vector2::new(self.cosine, self.sine)
     }
 
     /// Length, s.

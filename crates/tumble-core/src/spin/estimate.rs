@@ -1,6 +1,6 @@
 //! Everything a spin shows, with its uncertainty.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::real::Real;
 use crate::spin::estimator::TurnTotals;
@@ -72,6 +72,9 @@ pub struct SpinEstimate<T: Real> {
     pub level_free_is_default: bool,
     /// Covariance of `[accelerometer bias, gyroscope bias]` of that result.
     pub covariance: SMatrix<T, 6, 6>,
+    /// Share of the Earth's rotation in the covariance of the gyroscope bias, (rad/s)^2, case frame: spins of one robot on
+    /// one floor have it in common.
+    pub by_earth: Matrix3<T>,
     /// Turning axis, unit length, case frame.
     pub up: Vector3<T>,
     /// Roll of the IMU against the floor, rad.

@@ -1,6 +1,6 @@
 //! Blocks at rest and turning are gathered, in constant memory, until they can be solved (docs/theory/spin.md).
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::moments::Moments;
 use crate::products::{
@@ -43,6 +43,8 @@ pub struct TurnTotals<T: Real> {
     pub skipped: T,
     /// Rotation vector less bias, clockwise parts with their sign turned, rad, case frame.
     pub vector: Vector3<T>,
+    /// Integral over time of cosine and sine of the heading, clockwise parts with their sign turned, s.
+    pub swept: Vector2<T>,
 }
 
 impl<T: Real> TurnTotals<T> {
@@ -59,6 +61,7 @@ impl<T: Real> TurnTotals<T> {
             squared: T::zero(),
             skipped: T::zero(),
             vector: zeros(),
+            swept: zeros(),
         }
     }
 
@@ -92,6 +95,7 @@ impl<T: Real> TurnTotals<T> {
         direction.angle += block.gained.abs();
         direction.duration += duration;
         self.vector += rate * (sign * duration); // eq. 2
+        self.swept += block.direction() * (sign * duration);
         self.squared += block.rate_squared * duration;
         self.skipped += block.skipped;
         self.least = self.least.min(block.heading);
@@ -384,10 +388,10 @@ impl<T: Real> SpinEstimator<T> {
     fn turn(&mut self, block: &Block<T>, reference: &HeadingReference<T>) {
         if !self.rests.as_ref().is_some_and(|rests| rests.is_short(block)) {
             // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
-            self.rates.push(&transposed_product(
-                &self.frame,
-                &(block.angular_rate() - reference.bias),
-            ));
+            self.rates.push(
+                &transposed_product(&self.frame, &(block.angular_rate() - reference.bias)),
+                &block.direction(),
+            );
             self.noise.push(&block.moments.variance());
         }
         self.even

@@ -2,7 +2,7 @@
 
 use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::products::{Length, columns, congruent, matrix_product, zeros};
+use crate::products::{Length, columns, congruent, diagonal, matrix_product, zeros};
 use crate::real::{Real, real};
 use crate::spin::axis;
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
@@ -29,7 +29,9 @@ pub(super) fn from_fit<T: Real>(
     (slow_turn, turned_while_still): (ScalarEstimate<T>, bool),
 ) -> SpinEstimate<T> {
     let spread = Spread::of_fit(fit);
-    let joint = biases(&fit.floor, &spread);
+    let sine = pull(&fit.solution.x).size / fit.gravity;
+    let along = spin.settings().earth_variance().along_normal(sine);
+    let joint = biases(&fit.floor, &spread, along);
     let accelerometer = accelerometer_bias(spin, priors, fit, &joint);
     let attitude = floor_attitude(fit, &spread);
     SpinEstimate {
@@ -42,6 +44,7 @@ pub(super) fn from_fit<T: Real>(
         level_floor: accelerometer.level_floor,
         level_free_is_default: accelerometer.level_free_is_default,
         covariance: accelerometer.covariance,
+        by_earth: by_earth(priors, fit, along),
         up: fit.up,
         roll: attitude.roll,
         pitch: attitude.pitch,
@@ -128,7 +131,9 @@ fn gyroscope_bias<T: Real>(
     fit: &LevelFree<T>,
     joint: &SMatrix<T, 6, 6>,
 ) -> VectorEstimate<T> {
-    let earth = fit.up * spin.settings().earth_rate_up;
+    let tilt = pull(&fit.solution.x).size / fit.gravity;
+    let vertical = (T::one() - tilt * tilt).max(T::zero()).square_root();
+    let earth = fit.up * (spin.settings().earth_rate_up * vertical); // eq. 6e
     VectorEstimate {
         value: fit.gyroscope_bias - earth,
         sigma: sigma(joint, GYROSCOPE),
@@ -178,14 +183,26 @@ fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
     ]
 }
 
-/// Covariance of both biases in the case frame.
-fn biases<T: Real>(floor: &Matrix3<T>, spread: &Spread<'_, T>) -> SMatrix<T, 6, 6> {
+/// Share of the Earth's rotation in the covariance of the gyroscope bias, case frame, given its variance along the axis.
+fn by_earth<T: Real>(priors: &SpinPriors<T>, fit: &LevelFree<T>, along: T) -> Matrix3<T> {
+    let across = &priors.axis.by_earth;
+    let mut local = diagonal(across.m11, across.m22, along);
+    (local.m12, local.m21) = (across.m12, across.m21);
+    congruent(&fit.floor, &local)
+}
+
+/// Covariance of both biases in the case frame, given the variance of the Earth's rotation along the turning axis: heading is
+/// counted from the rate at rest, so that it knows nothing of it.
+fn biases<T: Real>(floor: &Matrix3<T>, spread: &Spread<'_, T>, along: T) -> SMatrix<T, 6, 6> {
     let block = |i: usize, j: usize| Matrix3::from_fn(|k, l| spread.of(i + k, j + l));
     let apart = matrix_product(&block(ACCELEROMETER, GYROSCOPE), &floor.transpose());
     joint(
         &block(ACCELEROMETER, ACCELEROMETER),
         &apart,
-        &congruent(floor, &block(GYROSCOPE, GYROSCOPE)),
+        &congruent(
+            floor,
+            &(block(GYROSCOPE, GYROSCOPE) + diagonal(T::zero(), T::zero(), along)), // eq. 6e
+        ),
     )
 }
 
@@ -248,13 +265,20 @@ fn level_floor_inputs<T: Real>(
         settings.specific_force_instability,
         settings.angular_rate_instability,
     );
+    // The part towards north, less that of the rest from which the turn is counted.
+    let swept = turned.swept
+        - Vector2::new(
+            turned.counter_clockwise.duration - turned.clockwise.duration,
+            T::zero(),
+        );
+    let by_earth = settings.earth_variance().across * swept.dot(&swept);
     LevelFloorInputs {
         rest: rests.rate(of_rate, &spin.rounding(rests)),
         specific_force: rests.first_force(),
         specific_force_variance: rests.first_force_variance(of_force, &spin.force_rounding(rests)),
         turned: turned.vector,
         net_duration: turned.counter_clockwise.duration - turned.clockwise.duration,
-        turned_variance: spin.heading_walk(&priors.axis) * turned.duration(),
+        turned_variance: spin.heading_walk(&priors.axis) * turned.duration() + by_earth,
         gravity: priors.gravity,
     }
 }

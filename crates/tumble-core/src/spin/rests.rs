@@ -1,12 +1,12 @@
 //! Sums at rest: bias, noise, and specific force at each heading.
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 
 use crate::moments::Moments;
 use crate::products::{Length, total, zeros};
 use crate::real::{Real, count, real, seconds};
 use crate::sample::CHANNELS;
-use crate::spin::axis::RestingRate;
+use crate::spin::axis::{HeadingMoments, RestingRate};
 use crate::spin::block::Block;
 use crate::spin::harmonics::{FUNCTIONS, HarmonicRow, Harmonics};
 use crate::stillness::UnitMoments;
@@ -22,6 +22,8 @@ pub struct Stop<T: Real> {
     pub samples: UnitMoments<T>,
     blocks: Moments<T, CHANNELS>,
     functions: SVector<T, FUNCTIONS>,
+    /// Sums over its blocks of cosine and sine of the heading.
+    heading: Vector2<T>,
 }
 
 impl<T: Real> Stop<T> {
@@ -33,6 +35,7 @@ impl<T: Real> Stop<T> {
             samples: UnitMoments::new(),
             blocks: Moments::new(),
             functions: zeros(),
+            heading: zeros(),
         };
         stop.push(block);
         stop
@@ -47,6 +50,7 @@ impl<T: Real> Stop<T> {
         self.samples.merge(&block.moments);
         self.blocks.push(block.moments.mean());
         self.functions += HarmonicRow::of_block(block).functions;
+        self.heading += block.direction();
     }
 
     /// Duration, microseconds.
@@ -104,6 +108,7 @@ pub struct SpinRests<T: Real> {
     sample_squares: [T; CHANNELS],
     sample_freedom: u32,
     harmonics: Harmonics<T>,
+    headings: HeadingMoments<T>,
 }
 
 /// Degrees of freedom below which blocks add nothing to the noise of samples.
@@ -125,6 +130,7 @@ impl<T: Real> SpinRests<T> {
             sample_squares: [T::zero(); CHANNELS],
             sample_freedom: 0,
             harmonics: Harmonics::default(),
+            headings: HeadingMoments::none(),
         };
         rests.push(stop);
         rests
@@ -143,6 +149,9 @@ impl<T: Real> SpinRests<T> {
         self.samples += stop.samples.samples();
         self.time += stop.duration();
         self.rate += (stop.angular_rate() - self.rate) * (count::<T>(blocks) / count(self.blocks));
+        let heading = stop.heading / count::<T>(blocks.max(1));
+        self.headings
+            .push(&heading, &(stop.angular_rate() - self.rate), blocks, self.blocks);
         let (block_freedom, sample_freedom) =
             (blocks.saturating_sub(1), stop.samples.samples().saturating_sub(1));
         let (of_blocks, of_samples) = (stop.blocks.variance(), stop.samples.variance());
@@ -180,11 +189,14 @@ impl<T: Real> SpinRests<T> {
     ///
     /// The mean over a stop of some seconds differs from that over the spin by about B (docs/theory/spin.md, eq. 16).
     pub fn rate(&self, instability: T, rounding: &Vector3<T>) -> RestingRate<T> {
-        let wandering = instability * instability / count(self.stops.max(1)); // eq. 16
+        let (blocks, stops) = (count::<T>(self.blocks.max(1)), count::<T>(self.stops.max(1)));
+        let wandering = instability * instability / stops; // eq. 16
+        let of_block = self.block_variance(3);
         RestingRate {
             mean: self.rate,
-            variance: (self.block_variance(3) / count::<T>(self.blocks.max(1))).add_scalar(wandering)
-                + rounding,
+            variance: (of_block / blocks).add_scalar(wandering) + rounding,
+            headings: self.headings,
+            block_variance: of_block.max() + wandering * blocks,
         }
     }
 

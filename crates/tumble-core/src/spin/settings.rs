@@ -1,9 +1,10 @@
 //! Settings of a spin.
 
 use crate::grade::{BiasInstability, Grade};
-use crate::gravity;
+use crate::gravity::{self, EARTH_RATE};
 use crate::real::{Real, real};
 use crate::stillness::StillnessSettings;
+use crate::turntable::reference::earth_variance;
 
 /// Everything that can be set; lengths of time in microseconds, angles in rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +41,8 @@ pub struct SpinSettings<T: Real> {
     pub block: u64,
     /// Shortest stop after the first rest that is counted as a rest.
     pub shortest_stop: u64,
-    /// Upward part of the Earth's rotation, rad/s; zero where the latitude is not known.
+    /// Upward part of the Earth's rotation, rad/s; zero where the latitude is not known. Its size gives that of the part
+    /// towards north, so that at the equator it is the smallest number that is not zero.
     pub earth_rate_up: T,
     /// Largest change of the force along the turning axis, m/s^2.
     pub largest_lift: T,
@@ -61,6 +63,25 @@ pub struct SpinSettings<T: Real> {
     pub stillness: StillnessSettings<T>,
 }
 
+/// Variance of the Earth's rotation, (rad/s)^2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarthVariance<T: Real> {
+    /// Along any level direction.
+    pub level: T,
+    /// Upwards.
+    pub up: T,
+    /// Along any direction on a floor that may tilt.
+    pub across: T,
+}
+
+impl<T: Real> EarthVariance<T> {
+    /// Along the normal of a floor, of which `sine` is that of the tilt.
+    pub fn along_normal(&self, sine: T) -> T {
+        let squared = sine * sine;
+        self.up * (T::one() - squared).max(T::zero()) + self.level * squared // eq. 6e
+    }
+}
+
 impl<T: Real> Default for SpinSettings<T> {
     /// For a unit of consumer grade.
     fn default() -> Self {
@@ -69,6 +90,29 @@ impl<T: Real> Default for SpinSettings<T> {
 }
 
 impl<T: Real> SpinSettings<T> {
+    /// Variance of the Earth's rotation, (rad/s)^2, along any level direction and upwards; its direction on the floor is not
+    /// known (docs/theory/spin.md, eq. 6e).
+    pub fn earth_variance(&self) -> EarthVariance<T> {
+        let up = self.earth_rate_up;
+        if up == T::zero() {
+            let any = earth_variance();
+            return EarthVariance {
+                level: any,
+                up: any,
+                across: any,
+            };
+        }
+        let north = (real::<T>(EARTH_RATE * EARTH_RATE) - up * up).max(T::zero());
+        let level = north * real(0.5); // eq. 6e
+        // Mean square of the sine of a tilt up to the largest, over two directions.
+        let tilted = self.largest_floor_tilt * self.largest_floor_tilt / real(6.0);
+        EarthVariance {
+            level,
+            up: T::zero(),
+            across: level + up * up * tilted, // eq. 6e
+        }
+    }
+
     /// For a unit of this grade: a spin is too short to show the bias instability, which goes into every sigma.
     pub fn for_grade(grade: Grade) -> Self {
         let BiasInstability {

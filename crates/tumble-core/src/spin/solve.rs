@@ -323,6 +323,7 @@ fn prepare<T: Real>(
         frame: *spin.frame(),
         counted_bias: reference.bias,
         rounding: spin.turning_rounding(rests) * count(spin.rate_moments().points()), // eq. 23
+        earth_variance: spin.settings().earth_variance().across,
     };
     let instability = spin.settings().angular_rate_instability;
     let axis = axis::fit(

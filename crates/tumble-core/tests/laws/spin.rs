@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use tumble_core::gravity::STANDARD;
-use tumble_core::real::Real;
+use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
+use tumble_core::real::{Real, real};
 use tumble_core::sample::Sample;
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
@@ -63,9 +63,15 @@ proptest! {
         let settings = SpinSettings {
             specific_force_instability: 0.0,
             angular_rate_instability: 0.0,
+            // Elsewhere than at a pole the Earth's rotation leaves bias and axis open.
+            earth_rate_up: EARTH_RATE,
             ..SpinSettings::default()
         };
-        let found = solve::<f64>(&truth.stream((0.0, 0.0), 0.0, 0), truth.still, &settings, None).unwrap();
+        let mut stream = truth.stream((0.0, 0.0), 0.0, 0);
+        for sample in &mut stream {
+            sample.angular_rate += truth.up * EARTH_RATE;
+        }
+        let found = solve::<f64>(&stream, truth.still, &settings, None).unwrap();
         // The remaining error is that of the trapezoidal rule over the samples where the rate has a kink.
         let pull = truth.arm().norm() * truth.rate * truth.rate;
         assert_close!(found.level_free.value, truth.accelerometer_bias, 1e-3 + 3e-3 * pull);
@@ -270,4 +276,157 @@ fn a_spin_without_rest_or_without_turn_has_no_result() {
         solve(standing, 4.0, &settings, None),
         Err(SpinFailure::NoTurn { .. })
     ));
+}
+
+/// Both ends of a spin are rests; white noise is all the noise that there is.
+fn solve_quiet<T: Real>(
+    truth: &Truth,
+    latitude: Option<f64>,
+    noise: (f64, f64),
+    extra: f64,
+    draw: (f64, f64, u64),
+) -> SpinEstimate<T> {
+    let (actual, north, seed) = draw;
+    let mut stream = truth.stream(noise, extra, seed);
+    truth.on_the_earth(&mut stream, actual, north);
+    let settings = SpinSettings::<T> {
+        specific_force_instability: T::zero(),
+        angular_rate_instability: T::zero(),
+        earth_rate_up: latitude.map_or(T::zero(), |latitude| real(vertical_earth_rate(latitude))),
+        ..SpinSettings::default()
+    };
+    let mut collector = Collector::new(&settings);
+    let mut was_resting = true;
+    for sample in narrowed::<T>(&stream) {
+        let time = (sample.time as f64) * 1e-6;
+        let resting = time < truth.still || time > truth.duration();
+        if resting != was_resting {
+            if let Some(block) = collector.cut() {
+                collector.take(&block, was_resting).unwrap();
+            }
+            if was_resting {
+                collector.end_stop();
+            }
+            was_resting = resting;
+        }
+        if let Some(block) = collector.push(&sample).unwrap() {
+            collector.take(&block, resting).unwrap();
+        }
+    }
+    if let Some(block) = collector.cut() {
+        collector.take(&block, was_resting).unwrap();
+    }
+    if was_resting {
+        collector.end_stop();
+    }
+    collector.solve(None).unwrap().0
+}
+
+/// White noise of a sample at 100 Hz: 1 mm/s^2 and 30 urad/s a root of Hz, as a fibre-optic gyroscope has it.
+const QUIET: (f64, f64) = (0.01, 3e-4);
+
+/// Spins that end at the heading they began at, half a turn from it, and both, of rests alike and not.
+fn spins_on_the_earth() -> impl Iterator<Item = (Truth, f64)> {
+    [
+        (vec![2.0], 20.0),
+        (vec![1.5], 20.0),
+        (vec![2.5], 5.0),
+        (vec![1.3], 10.0),
+        (vec![0.5], 20.0),
+        (vec![2.0, -2.0], 20.0),
+        (vec![2.0, -1.6], 8.0),
+    ]
+    .into_iter()
+    .map(|(turns, extra)| {
+        let truth = Truth {
+            turns,
+            still: 20.0,
+            ..Truth::usual()
+        };
+        (truth, extra)
+    })
+}
+
+#[test]
+fn the_bias_is_as_uncertain_as_the_earth_turns() {
+    const RUNS: u64 = 60;
+    for (truth, extra) in spins_on_the_earth() {
+        for stated in [true, false] {
+            let (mut across, mut along, mut tilt) = (0.0, 0.0, 0.0);
+            for seed in 0..RUNS {
+                let share = (seed as f64 + 0.5) / RUNS as f64;
+                // Points spread evenly over the sphere where the latitude is unknown, and over headings.
+                let latitude = if stated { 0.84 } else { (2.0 * share - 1.0).asin() };
+                let north = 2.399_963 * seed as f64;
+                let draw = (latitude, north, seed);
+                let found: SpinEstimate<f64> =
+                    solve_quiet(&truth, stated.then_some(latitude), QUIET, extra, draw);
+                let floor = truth.floor();
+                let error = floor.tr_mul(&(found.gyroscope_bias.value - truth.gyroscope_bias));
+                let covariance = found.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+                let covariance = floor.tr_mul(&(covariance * floor));
+                let plane = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+                let off = error.xy();
+                across += off.dot(&(plane.try_inverse().unwrap() * off)) / 2.0;
+                along += error.z * error.z / covariance[(2, 2)];
+                let sigma = found.level_free.sigma;
+                tilt += (found.level_free.value - truth.accelerometer_bias)
+                    .component_div(&sigma)
+                    .norm_squared()
+                    / 3.0;
+            }
+            let count = RUNS as f64;
+            for (name, square) in [("across", across), ("along", along), ("force", tilt)] {
+                let mean = square / count;
+                assert!(
+                    (0.55..1.6).contains(&mean),
+                    "{name} {mean} {stated} {:?} {extra}",
+                    truth.turns
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn half_a_turn_more_frees_the_bias_of_the_earths_rotation() {
+    let sigma = |turns: f64, extra: f64| {
+        let truth = Truth {
+            turns: vec![turns],
+            still: 20.0,
+            ..Truth::usual()
+        };
+        let found: SpinEstimate<f64> = solve_quiet(&truth, Some(0.84), QUIET, extra, (0.84, 1.0, 3));
+        found.gyroscope_bias.sigma.xy().norm()
+    };
+    let (whole, half, short) = (sigma(2.0, 20.0), sigma(1.5, 20.0), sigma(1.5, 5.0));
+    assert!(half < 0.2 * whole, "{half:e} {whole:e}");
+    // Rests of another length show it too, though their mean is not free of it.
+    assert!(short < 0.4 * whole, "{short:e} {whole:e}");
+}
+
+#[test]
+fn single_precision_finds_the_earths_rotation_as_double_does() {
+    for (truth, extra) in spins_on_the_earth() {
+        let draw = (0.84, 2.0, 5);
+        let double: SpinEstimate<f64> = solve_quiet(&truth, Some(0.84), QUIET, extra, draw);
+        let single: SpinEstimate<f32> = solve_quiet(&truth, Some(0.84), QUIET, extra, draw);
+        let (a, b) = (&double.gyroscope_bias, &single.gyroscope_bias);
+        let apart = (a.value - b.value.map(f64::from)).component_div(&a.sigma).amax();
+        let ratio = b.sigma.map(f64::from).component_div(&a.sigma);
+        assert!(apart < 0.1, "{apart} {:?}", truth.turns);
+        assert!(ratio.iter().all(|ratio| (ratio - 1.0).abs() < 0.02), "{ratio:?}");
+    }
+}
+
+#[test]
+fn a_consumer_gyroscope_loses_little_to_the_earth() {
+    let truth = Truth::usual();
+    let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 4);
+    let own = found.covariance.fixed_view::<3, 3>(3, 3).trace();
+    assert!(
+        found.by_earth.trace() < 0.25 * own,
+        "{} {own}",
+        found.by_earth.trace()
+    );
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble_core::gravity::STANDARD;
+use tumble_core::gravity::{EARTH_RATE, STANDARD};
 use tumble_core::real::{Real, real};
 use tumble_core::sample::Sample;
 use tumble_core::spin::axis::floor_frame;
@@ -118,6 +118,25 @@ impl Truth {
             gravity * STANDARD - arm * (rate * rate) + up.cross(&arm) * change,
             up * rate,
         )
+    }
+
+    /// The Earth's rotation as a robot senses it that points `north` rad counter-clockwise of forward at its first rest, added
+    /// to a stream; latitude in rad.
+    pub fn on_the_earth(&self, stream: &mut [Sample<f64>], latitude: f64, north: f64) {
+        let uphill = Vector3::new(self.uphill_bearing.cos(), self.uphill_bearing.sin(), 0.0);
+        let up = Vector3::z() * self.floor_tilt.cos() + uphill * self.floor_tilt.sin();
+        let ahead = Vector3::new(north.cos(), north.sin(), 0.0);
+        let ahead = (ahead - up * up.dot(&ahead)).normalize();
+        let earth = (up * latitude.sin() + ahead * latitude.cos()) * EARTH_RATE;
+        for sample in stream {
+            let (sine, cosine) = self.motion(sample.time as f64 * 1e-6).2.sin_cos();
+            sample.angular_rate += self.floor()
+                * Vector3::new(
+                    cosine * earth.x + sine * earth.y,
+                    cosine * earth.y - sine * earth.x,
+                    earth.z,
+                );
+        }
     }
 
     /// The stream until `extra` seconds after the last turn, with white noise of these sigmas.

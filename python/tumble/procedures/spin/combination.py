@@ -106,12 +106,31 @@ def _covariance(spins: Sequence[Spin], weighed: dict[TriadName, _TriadWeights]) 
         for triad, rows in ROWS.items():
             weight[rows, rows] = weighed[triad].weights[k]
         # An unobservable parameter has no weight, so that the place of its NaN is irrelevant.
-        covariance += weight @ np.nan_to_num(spin.covariance) @ weight.T
+        covariance += weight @ (np.nan_to_num(spin.covariance) - _by_earth(spin)) @ weight.T
+    rate = ROWS["gyroscope"]
+    by_earth = sum(
+        each @ _root(spin.by_earth) for each, spin in zip(weighed["gyroscope"].weights, spins, strict=True)
+    )
+    covariance[rate, rate] += by_earth @ np.transpose(by_earth)  # spin.md, eq. 6f
     for triad, rows in ROWS.items():
         if not weighed[triad].weights.any():
             covariance[rows, :] = np.nan
             covariance[:, rows] = np.nan
     return covariance
+
+
+def _by_earth(spin: Spin) -> FloatArray:
+    """(6, 6) share of the Earth's rotation in the covariance of a spin."""
+    share = np.zeros((6, 6))
+    share[ROWS["gyroscope"], ROWS["gyroscope"]] = spin.by_earth
+    return share
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Symmetric root of a covariance: errors that all spins have in common do not average out."""
+    values, vectors = np.linalg.eigh(covariance)
+    root: FloatArray = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    return root
 
 
 def _estimate(

@@ -30,6 +30,8 @@ NOTABLE_WANDERING = 1e-4
 """rad/s, 20 deg/h: bias instability does as much in any MEMS gyroscope."""
 SLOW = 0.2
 """rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
+MOST = 0.5
+"""Share of a variance beyond which a cause is most of it."""
 CONTRADICTION = 5.0
 """Sigmas by which two results may differ before a warning."""
 
@@ -81,11 +83,13 @@ def describe_spin(
         degrees_of_freedom=figures["degrees_of_freedom"],
         widening=figures["widening"],
         covariance=covariance,
+        by_earth=figures["by_earth"],
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
         warnings=(
             *preset.departures(figures["turning_time"], figures["rate"], _turns(figures)),
             *_warnings(figures, gravity, level_floor),
+            *_about_the_earth(figures),
             *_about_the_rests(figures, rests),
             *objections,
         ),
@@ -243,6 +247,31 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
             "turned one way only: the lever arm is counted from the point about which the robot turned, and "
             f"wheels that slip by 1 cm/s move that point by {10.0 / figures['rate']:.2g} mm; turn both ways "
             "to show that"
+        )
+
+
+def _about_the_earth(figures: _core.SpinFigures) -> Iterator[str]:
+    """Reports a gyroscope bias that is known as well as the Earth's rotation, and the remedy."""
+    up, by_earth = figures["up"], figures["by_earth"]
+    covariance = np.array(figures["covariance"])[3:, 3:]
+    along, all_along = (float(up @ each @ up) for each in (by_earth, covariance))
+    across, all_across = (float(np.trace(by_earth)) - along, float(np.trace(covariance)) - all_along)
+    vertical, level = along > MOST * all_along, across > MOST * all_across
+    sigma = math.sqrt(max(along, 0.5 * across))
+    if vertical and level:
+        yield (
+            f"the Earth's rotation makes most of the sigma of the gyroscope bias, {sigma:.2g} rad/s: give "
+            "--latitude, and end at rest half a turn from where the robot began"
+        )
+    elif vertical:
+        yield (
+            "the Earth's rotation makes most of the sigma of the gyroscope bias along the vertical, "
+            f"{sigma:.2g} rad/s: give --latitude"
+        )
+    elif level:
+        yield (
+            "the Earth's rotation makes most of the sigma of the gyroscope bias across the vertical, "
+            f"{sigma:.2g} rad/s an axis: end at rest half a turn from where the robot began"
         )
 
 

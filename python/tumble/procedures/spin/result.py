@@ -126,6 +126,8 @@ class Spin(Tabular):
     """Factor by which the sigmas of specific force are widened; 1 where noise and model explain all."""
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
+    by_earth: FloatArray
+    """(3, 3) share of the Earth's rotation in the covariance of the gyroscope bias, (rad/s)^2, case frame."""
     noise: FloatArray
     """(4, 3) scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope likewise, rad/s."""
     blocks: SpinBlocks
