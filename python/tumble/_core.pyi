@@ -450,6 +450,8 @@ class MultiposeGyroscope(TypedDict):
     bias_excess: float
     implausible_scale: float | None
     turn_bias: TurnBiasFigures | None
+    turn_loss: tuple[float, float] | None
+    """Angle that every turn loses, and its 1-sigma, rad; None where turns lose none."""
     dead_band: tuple[int, float] | None
     """Place of the axis, and half the width, rad/s."""
     turn_widening: float

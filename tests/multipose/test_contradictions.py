@@ -13,6 +13,7 @@ from repetitions import drawn_seed, few
 from tumble import ReadOptions
 from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 from tumble.procedures.multipose.report.text import sentences
+from tumble.procedures.multipose.turn_bias import TurnLoss
 from tumble.tools.simulate import simulate_multipose
 from turntable_sessions import typed
 
@@ -67,6 +68,11 @@ def test_a_gyroscope_that_zeroes_itself_has_two_biases(seed, grade, size):
     assert "reads otherwise in turns than at rest" in objection
     assert "its bias cannot be found from rests" in objection
     assert objection in found.warnings
+
+
+def test_an_angle_lost_in_every_turn_is_named():
+    sentence = TurnLoss(np.radians(0.63), np.radians(0.05)).sentence()
+    assert sentence.startswith("the gyroscope loses 0.63 ± 0.05 deg in every turn, however far it goes")
 
 
 @pytest.mark.parametrize(("seed", "grade", "size"), few(SESSIONS, 5))

@@ -10,6 +10,7 @@ import imucal
 import numpy as np
 import pandas
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 import tumble
@@ -233,3 +234,50 @@ def test_a_list_of_sections_that_means_nothing_is_refused_in_one_line(hand, tmp_
     done = typed("multipose", log, "--sections", tmp_path / "sections.csv", "-o", tmp_path / "out")
     assert done.code == 2
     assert said in one_line(done.err)
+
+
+def level_faces(hertz=100.0):
+    """Specific force and rate, (n, 3), of a box on a level table: six faces, then three full turns."""
+    ups = [s * np.eye(3)[k] for k in range(3) for s in (1.0, -1.0)] + [
+        each for each in np.eye(3) for _ in range(2)
+    ]
+    up, force, rate = ups[0], [], []
+
+    def go(axis, angle, duration):
+        nonlocal up
+        u = np.arange(round(duration * hertz)) / (duration * hertz)
+        turned = np.outer(angle * (10 * u**3 - 15 * u**4 + 6 * u**5), axis)
+        force.append(9.80665 * Rotation.from_rotvec(-turned).apply(up))
+        rate.append(np.outer(angle * 30 * (u * (1 - u)) ** 2 / duration, axis))
+        up = Rotation.from_rotvec(-angle * np.asarray(axis)).apply(up)
+
+    for number, face in enumerate(ups):
+        across = np.cross(face, up)
+        if np.linalg.norm(across) > 0.5:
+            go(across, np.pi / 2, 2.0)
+        elif face @ up < 0.0:
+            go(np.roll(np.abs(face), 1), np.pi, 2.0)
+        elif number > 5:
+            go(face, 2 * np.pi, 6.0)
+        go(face, 0.0, 5.0)
+    return np.concatenate(force), np.concatenate(rate)
+
+
+def test_turns_on_faces_hold_a_g_sensitivity_nobody_asked_for():
+    """It is constant in a full turn, so that as noise it put angles off by five sigmas and more."""
+    force, rate = level_faces()
+    squares = []
+    for seed in range(40, 52):
+        random = np.random.default_rng(seed)
+        matrix = np.eye(3) + 0.01 * random.normal(size=(3, 3))
+        felt = rate @ matrix.T + 0.01 + force @ (1e-4 * random.normal(size=(3, 3))).T
+        felt += 1e-3 * random.normal(size=felt.shape)
+        read = recording(force + 0.015 * random.normal(size=force.shape), felt, 100.0)
+        found = tumble.multipose(read, faces=True).gyroscope
+        lengths = np.linalg.norm(matrix, axis=1)
+        off = (found.M - matrix) / lengths[:, None]
+        level = ~np.eye(3, dtype=bool)
+        squares.append(off[level] ** 2 / np.diag(found.covariance)[:9].reshape(3, 3)[level])
+    print(np.round(squares, 1))
+    assert np.max(squares) < 4.5**2
+    assert np.mean(squares) < 1.6

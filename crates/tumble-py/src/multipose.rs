@@ -11,7 +11,7 @@ use tumble_lab::multipose::accelerometer::PLACES;
 use tumble_lab::multipose::ferraris::FerrarisTriad;
 use tumble_lab::multipose::next_turn::NextTurn;
 use tumble_lab::multipose::stated_rate::{CRYSTAL, StampedRate};
-use tumble_lab::multipose::turn_bias::TurnBias;
+use tumble_lab::multipose::turn_bias::{TurnBias, TurnLoss};
 use tumble_lab::multipose::{
     FEWEST_DIRECTIONS, FULL_TURN_SIGMA, Faces, Gyroscope, KnownNoise, Multipose, MultiposeError,
     MultiposeSamples, MultiposeSettings, Pose, Section, SectionLabel, grouped, held_spans, multipose,
@@ -236,6 +236,8 @@ fn gyroscope_figures<'py>(py: Python<'py>, gyroscope: &Gyroscope) -> PyResult<Bo
     figures.set_item("bias_excess", gyroscope.excess.rest.sqrt())?;
     let bias = gyroscope.turn_bias.as_ref().map(|bias| turn_bias(py, bias));
     figures.set_item("turn_bias", bias.transpose()?)?;
+    let loss = gyroscope.turn_loss.filter(TurnLoss::contradicts);
+    figures.set_item("turn_loss", loss.map(|loss| (loss.angle, loss.sigma)))?;
     let band = gyroscope.dead_band.map(|band| (band.axis, band.half_width));
     figures.set_item("dead_band", band)?;
     figures.set_item("turn_widening", gyroscope.turn_widening)?;

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use tumble_core::sample::CHANNELS;
 use tumble_lab::multipose::accelerometer::PLACES;
 use tumble_lab::multipose::stated_rate::StampedRate;
+use tumble_lab::multipose::turn_bias::TurnLoss;
 use tumble_lab::multipose::{
     FULL_TURN_SIGMA, Gyroscope, KnownNoise, Multipose, MultiposeError, MultiposeSamples, MultiposeSettings,
     SectionLabel, multipose,
@@ -108,6 +109,10 @@ fn gyroscope(found: &Gyroscope) -> Value {
             "sigma": vector(&bias.sigma),
             "contradicts": bias.contradicts(),
         })),
+        "turn_loss": found
+            .turn_loss
+            .filter(TurnLoss::contradicts)
+            .map(|loss| (loss.angle, loss.sigma)),
         "dead_band": found.dead_band.map(|band| (band.axis, band.half_width)),
         "turn_widening": found.turn_widening,
     })

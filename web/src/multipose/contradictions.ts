@@ -50,16 +50,26 @@ export function* contradictions(
 ): Generator<string> {
   const contradicts = rate !== undefined && !rate.agrees;
   if (contradicts) yield statedRateWords(rate);
-  const { dead_band: band, turn_bias: bias, turn_widening: widening } = figures;
+  const { dead_band: band, turn_bias: bias, turn_loss: loss, turn_widening: widening } = figures;
   if (band) {
     yield `the gyroscope has a dead band: about ${AXES[band[0]]} it reads no rate below ${general(1e3 * band[1], 2)} mrad/s ` +
       'in any turn; its bias cannot be found from rests';
   } else if (bias?.contradicts) {
     yield turnBiasWords(bias);
+  } else if (loss) {
+    yield turnLossWords(loss);
   } else if (!contradicts && !onFaces && widening > table.largestWidening) {
     // On faces full turns show the scale, within the degree that a hand and an edge are known to.
     yield table.notRandom.replace('{times:.0f}', widening.toFixed(0));
   }
+}
+
+function turnLossWords(loss: [number, number]): string {
+  const [angle, sigma] = loss.map((each) => (each * 180) / Math.PI);
+  return (
+    `the gyroscope loses ${general(angle, 2)} ± ${general(sigma, 1)} deg in every turn, however far it goes: it zeroes itself ` +
+    'while it turns slowly, or has a dead band; turns do not show its scale'
+  );
 }
 
 function turnBiasWords({ difference, sigma }: TurnBiasFigures): string {

@@ -83,6 +83,8 @@ export interface MultiposeFigures {
     turn_excess: number;
     bias_excess: number;
     turn_bias: TurnBiasFigures | null;
+    /** Angle that every turn loses, and its 1-sigma, rad; null where turns lose none. */
+    turn_loss: [number, number] | null;
     /** Place of the axis, and half the width, rad/s. */
     dead_band: [number, number] | null;
     turn_widening: number;

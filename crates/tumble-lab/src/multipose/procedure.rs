@@ -31,7 +31,7 @@ use super::samples::MultiposeSamples;
 use super::sections::{Section, take_labelled, take_rests};
 use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use super::time_base::implausible_scale;
-use super::turn_bias::{TurnBias, turn_bias, turn_widening};
+use super::turn_bias::{TurnBias, TurnLoss, turn_bias, turn_loss, turn_widening};
 use crate::acquisition::{Acquired, Tremor, interval};
 use crate::constant_length::influence::Influence;
 use crate::constant_length::residual::LengthResidual;
@@ -80,6 +80,8 @@ pub struct Gyroscope {
     pub with_g_sensitivity: Option<f64>,
     /// Its bias in turns less that at rest, where the turns show it.
     pub turn_bias: Option<TurnBias>,
+    /// Angle that every turn loses; `None` where turns do not show it.
+    pub turn_loss: Option<TurnLoss>,
     /// Its widest dead band, where it has one.
     pub dead_band: Option<TurnDeadBand>,
     /// Factor by which turns are off beyond noise and a bias that varies; 1 where they are not.
@@ -422,7 +424,7 @@ impl<'a> Centred<'a> {
         } = candidate;
         let accelerometer = fit.calibration(&acquired)?;
         let gyroscope = if settings.gyroscope {
-            let full_turns = self.full_turns(&acquired, &sections, &fit);
+            let full_turns = self.full_turns(&acquired, &sections, &fit, settings);
             let forces = fit.calibrated(&accelerometer, full_turns);
             self.gyroscope(&acquired, &forces, settings)
         } else {
@@ -465,25 +467,44 @@ impl<'a> Centred<'a> {
             g_sensitivity: settings.g_sensitivity,
             latitude: settings.latitude,
         };
-        let rates = fit_rates(&data)?;
+        let plain = fit_rates(&data)?;
         let turns = data.turns.iter().map(|turn| (turn.before, turn.after)).collect();
-        let calibration = rate_calibration(&data, &rates, settings.pace_sigma)?;
+        let angles = plain.angle_before.iter().copied().zip(plain.angles()).collect();
+        let felt = felt_force(&data, &plain);
+        let with_g_sensitivity = felt
+            .as_ref()
+            .map(|(_, with)| rms(with))
+            .filter(|with| *with < rms(&plain));
+        let of_rests = plain.excess.rest;
+        // Nobody asked for the response to specific force, but turns have it: it stays among the unknowns.
+        let (data, rates) = felt.unwrap_or((data, plain));
+        let calibration = rate_calibration(&data, &rates, settings)?;
         Ok(Gyroscope {
             implausible_scale: implausible_scale(&calibration),
-            angles: rates.angle_before.iter().copied().zip(rates.angles()).collect(),
-            with_g_sensitivity: with_g_sensitivity(&data, &rates),
+            angles,
+            with_g_sensitivity,
             turn_bias: turn_bias(&data, &rates),
+            turn_loss: turn_loss(&data, &rates),
             dead_band: dead_band(&self.rates_at_rest(unit), &data.turns),
             turn_widening: turn_widening(&rates),
             calibration,
-            excess: rates.excess,
+            excess: ExcessScatter {
+                rest: of_rests,
+                ..rates.excess
+            },
             next: next_turn(&data, &rates),
             turns,
         })
     }
 
     /// Readings of labelled full turns, where they lie on a table as the faces do.
-    fn full_turns(&self, unit: &Acquired, sections: &[Section], fit: &Fitted) -> Vec<FullTurn> {
+    fn full_turns(
+        &self,
+        unit: &Acquired,
+        sections: &[Section],
+        fit: &Fitted,
+        settings: &MultiposeSettings,
+    ) -> Vec<FullTurn> {
         let Fitted::Faces(_, faces) = fit else {
             return Vec::new();
         };
@@ -491,6 +512,13 @@ impl<'a> Centred<'a> {
             return Vec::new();
         };
         let noise = unit.rate_noise();
+        #[allow(clippy::cast_precision_loss)]
+        let at_rest = unit
+            .rests
+            .iter()
+            .map(|rest| rest.angular_rate())
+            .sum::<Vector3<f64>>()
+            / (unit.rests.len().max(1) as f64);
         let of = |section: &Section| {
             let axis = Vector3::ith(section.label.turned_about()?, 1.0);
             let within = section.first..section.end;
@@ -513,7 +541,15 @@ impl<'a> Centred<'a> {
                 noise[i].covariance(&span, &span, &unit.session()) * duration * duration
             });
             let along = axis * axis.transpose();
-            let across = (Matrix3::identity() - along) * (std::f64::consts::TAU * faces.tilt).powi(2);
+            let step = duration / samples;
+            let swept = swept(
+                self.rate[within.clone()]
+                    .iter()
+                    .map(|y| (Vector3::from(*y) - at_rest).dot(&axis) * step),
+            );
+            let by_earth = level_earth_variance(settings) * (swept * step).powi(2); // eq. 26
+            let across =
+                (Matrix3::identity() - along) * ((std::f64::consts::TAU * faces.tilt).powi(2) + by_earth);
             Some(FullTurn {
                 axis,
                 angle: mean(&self.rate) * duration,
@@ -574,8 +610,9 @@ impl<'a> Centred<'a> {
     }
 }
 
-/// Improvement by fitting g-sensitivity, where the bias differs from rest to rest and it was not asked for.
-fn with_g_sensitivity(data: &Rotations, found: &RotationsFit) -> Option<f64> {
+/// The fit with the response to specific force among its unknowns, where the bias differs from rest to rest, nobody asked for
+/// the response, and it explains most of the difference.
+fn felt_force(data: &Rotations, found: &RotationsFit) -> Option<(Rotations, RotationsFit)> {
     if data.g_sensitivity || found.excess.rest == 0.0 {
         return None;
     }
@@ -586,12 +623,14 @@ fn with_g_sensitivity(data: &Rotations, found: &RotationsFit) -> Option<f64> {
     let with = fit_rates(&data)
         .ok()
         .filter(|with| with.excess.rest < 0.5 * found.excess.rest)?;
-    let rms = |fit: &RotationsFit| {
-        #[allow(clippy::cast_precision_loss)]
-        let count = fit.turned_less_found.len().max(1) as f64;
-        (fit.angles().map(|angle| angle * angle).sum::<f64>() / count).sqrt()
-    };
-    Some(rms(&with)).filter(|with| *with < rms(found))
+    Some((data, with))
+}
+
+/// Root mean square of the angle between gravity as turned and as found, rad.
+fn rms(fit: &RotationsFit) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let count = fit.turned_less_found.len().max(1) as f64;
+    (fit.angles().map(|angle| angle * angle).sum::<f64>() / count).sqrt()
 }
 
 fn centre(readings: &mut [[f64; 3]], zero: &Vector3<f64>, scale: f64) {
@@ -830,6 +869,25 @@ fn rest_directions(
     each.collect()
 }
 
+/// Variance of the Earth's rotation along a level direction, (rad/s)^2.
+fn level_earth_variance(settings: &MultiposeSettings) -> f64 {
+    settings.latitude.map_or(earth_variance(), |latitude| {
+        0.5 * (EARTH_RATE * libm::cos(latitude)).powi(2)
+    })
+}
+
+/// Length of the sum of unit vectors whose direction gains these angles, rad: a level rate that turns with the unit adds up
+/// to that many steps of it.
+fn swept(gained: impl Iterator<Item = f64>) -> f64 {
+    let (mut heading, mut cosine, mut sine) = (0.0_f64, 0.0, 0.0);
+    for gained in gained {
+        heading += gained;
+        cosine += heading.cos();
+        sine += heading.sin();
+    }
+    cosine.hypot(sine)
+}
+
 /// Variance of the angle of a turn about any axis, rad^2.
 fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSettings) -> f64 {
     let (span, duration) = (interval(turn), turn.duration());
@@ -841,9 +899,7 @@ fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSetti
             + by_stamps
     };
     // Only its level part takes gravity from where the turn led it.
-    let earth = settings.latitude.map_or(earth_variance(), |latitude| {
-        0.5 * (EARTH_RATE * libm::cos(latitude)).powi(2)
-    });
+    let earth = level_earth_variance(settings);
     let rounding = unit.rounding.of_turn(turn, unit.rests.len()).max();
     (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + rounding + earth * duration * duration
 }
@@ -927,14 +983,14 @@ fn covariance_by_pace(matrix: &Matrix3<f64>, pace_sigma: f64) -> ModelCovariance
 fn rate_calibration(
     data: &Rotations,
     fit: &RotationsFit,
-    pace_sigma: f64,
+    settings: &MultiposeSettings,
 ) -> Result<TriadCalibration, MultiposeError> {
     let widened = widening(fit.chi_square, fit.degrees_of_freedom);
     let model = fit.errors.model;
-    let covariance =
-        fit.covariance.fixed_view::<12, 12>(0, 0) * widened + covariance_by_pace(&model.matrix, pace_sigma);
+    let covariance = fit.covariance.fixed_view::<12, 12>(0, 0) * widened
+        + covariance_by_pace(&model.matrix, settings.pace_sigma);
     let parts = model.decompose()?;
-    let g_sensitivity = data.g_sensitivity.then(|| {
+    let g_sensitivity = settings.g_sensitivity.then(|| {
         let sigma = |i: usize| (fit.covariance[(12 + i, 12 + i)] * widened).sqrt();
         (
             fit.errors.g_sensitivity,

@@ -1,5 +1,5 @@
-//! The gyroscope's bias in turns against that at rest: one that zeroes itself at rest has two (docs/theory/multipose.md,
-//! section 13).
+//! The gyroscope's bias in turns against that at rest: one that zeroes itself at rest has two, or loses an angle at both ends of
+//! each turn (docs/theory/multipose.md, section 13).
 
 use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix2xX, Matrix3, RowVector3, Vector2, Vector3};
 use rayon::prelude::*;
@@ -10,6 +10,9 @@ use crate::distributions::{balanced_median, chi_square_tail};
 
 /// Residuals less unknowns, below which the scatter of turns is not known.
 const LEAST_FREEDOM: usize = 3;
+
+/// Place of the bias among the unknowns.
+const BIAS: usize = 9;
 
 /// Chance of a larger difference in a sound session, below which turns and rests have two biases.
 const CHANCE: f64 = 1e-6;
@@ -38,10 +41,52 @@ impl TurnBias {
     }
 }
 
+/// Angle that a gyroscope loses in every turn, however far it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnLoss {
+    /// rad.
+    pub angle: f64,
+    /// 1-sigma of it, rad, as turns scatter.
+    pub sigma: f64,
+    /// Chance of an angle further from zero, were nothing lost.
+    pub chance: f64,
+}
+
+impl TurnLoss {
+    /// True if turns end short.
+    pub fn contradicts(&self) -> bool {
+        self.angle > 0.0 && self.chance < CHANCE
+    }
+}
+
 /// Bias of the turns alone, compared with that of the rests; `None` where the turns do not show it.
 pub(super) fn turn_bias(data: &Rotations, fit: &RotationsFit) -> Option<TurnBias> {
-    let residuals = 2 * data.turns.len();
-    if residuals < PARAMETERS + LEAST_FREEDOM {
+    let (rows, left) = equations(data, fit, 0)?;
+    let of_rests = data
+        .rests
+        .iter()
+        .map(|rest| rest.rate - fit.errors.modelled(&rest.earth_rate, &rest.force));
+    difference(rows, &left, &of_rests.collect::<Vec<_>>())
+}
+
+/// Angle that turns lose whatever their size, beside errors that grow with it; `None` where the turns do not show it.
+pub(super) fn turn_loss(data: &Rotations, fit: &RotationsFit) -> Option<TurnLoss> {
+    let (rows, left) = equations(data, fit, 1)?;
+    let turns = OfTurns::solve(&rows, &left)?;
+    let angle = -turns.change[PARAMETERS];
+    let variance = turns.known[(PARAMETERS, PARAMETERS)] * turns.scatter;
+    Some(TurnLoss {
+        angle,
+        sigma: variance.sqrt(),
+        chance: turns.chance(angle * angle / variance, 1.0), // eq. 47
+    })
+}
+
+/// Rows (n, 12 + m) of all turns and their residuals (n,), over sigma: by `[M row by row, b]`, then by the first m of `[angle
+/// read too much in any turn]`.
+fn equations(data: &Rotations, fit: &RotationsFit, more: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let (residuals, unknowns) = (2 * data.turns.len(), PARAMETERS + more);
+    if residuals < unknowns + LEAST_FREEDOM {
         return None;
     }
     let correction = fit.errors.model.correction().ok()?;
@@ -51,17 +96,19 @@ pub(super) fn turn_bias(data: &Rotations, fit: &RotationsFit) -> Option<TurnBias
         .enumerate()
         .map(|(k, turn)| whitened(data, fit, &correction.matrix, k, turn))
         .collect();
-    let mut rows = DMatrix::zeros(residuals, PARAMETERS);
+    let mut rows = DMatrix::zeros(residuals, unknowns);
     let mut left = DVector::zeros(residuals);
-    for (k, (response, residual)) in of_turns?.into_iter().enumerate() {
-        rows.rows_mut(2 * k, 2).copy_from(&response);
+    for (k, ((response, residual), turn)) in of_turns?.into_iter().zip(&data.turns).enumerate() {
+        rows.view_mut((2 * k, 0), (2, PARAMETERS)).copy_from(&response);
+        if more > 0 {
+            let mean = turn.samples.rate.iter().sum::<Vector3<f64>>() / turn.samples.rate.len() as f64;
+            let along = (mean - fit.errors.model.bias).normalize() / turn.samples.duration();
+            rows.view_mut((2 * k, PARAMETERS), (2, 1))
+                .copy_from(&(response.columns(BIAS, 3) * along)); // eq. 46
+        }
         left.rows_mut(2 * k, 2).copy_from(&residual);
     }
-    let of_rests = data
-        .rests
-        .iter()
-        .map(|rest| rest.rate - fit.errors.modelled(&rest.earth_rate, &rest.force));
-    difference(rows, &left, &of_rests.collect::<Vec<_>>())
+    Some((rows, left))
 }
 
 /// Factor by which turns are off beyond noise and a bias that varies; 1 where they are not.
@@ -97,36 +144,65 @@ fn across(up: &Vector3<f64>) -> Matrix2x3<f64> {
     Matrix2x3::from_rows(&[first, second].map(|each| RowVector3::new(each.x, each.y, each.z)))
 }
 
+/// Least squares of whitened residuals of turns.
+struct OfTurns {
+    change: DVector<f64>,
+    /// Covariance of that, over the scatter.
+    known: DMatrix<f64>,
+    /// Variance of unit weight.
+    scatter: f64,
+    freedom: f64,
+}
+
+impl OfTurns {
+    fn solve(rows: &DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
+        // Singular values of what is no number are never found.
+        if !rows.iter().chain(left).all(|value| value.is_finite()) {
+            return None;
+        }
+        let svd = rows.clone().svd(false, true);
+        let sizes = &svd.singular_values;
+        if sizes.min() < SHOWN * sizes.max() || sizes.min() == 0.0 {
+            return None;
+        }
+        let directions = DMatrix::from_diagonal(&sizes.map(f64::recip)) * svd.v_t?;
+        let known = directions.tr_mul(&directions);
+        let change = -(&known * rows.tr_mul(left));
+        #[allow(clippy::cast_precision_loss)]
+        let freedom = (rows.nrows() - rows.ncols()) as f64;
+        let scatter = (left + rows * &change).norm_squared() / freedom;
+        Some(Self {
+            change,
+            known,
+            scatter,
+            freedom,
+        })
+    }
+
+    /// Student's square as a chi-square: its own distribution where turns are many, and no smaller chance else.
+    fn chance(&self, square: f64, unknowns: f64) -> f64 {
+        chi_square_tail(self.freedom * libm::log1p(square / self.freedom), unknowns) // eq. 44
+    }
+}
+
 /// Bias that whitened residuals (n,) of turns show less the mean of those of rests, rad/s.
 fn difference(rows: DMatrix<f64>, left: &DVector<f64>, of_rests: &[Vector3<f64>]) -> Option<TurnBias> {
-    // Singular values of what is no number are never found.
-    if !rows.iter().chain(left).all(|value| value.is_finite()) {
-        return None;
-    }
-    let svd = rows.clone().svd(false, true);
-    let sizes = &svd.singular_values;
-    if sizes.min() < SHOWN * sizes.max() || sizes.min() == 0.0 {
-        return None;
-    }
-    let directions = DMatrix::from_diagonal(&sizes.map(f64::recip)) * svd.v_t?;
-    let known = directions.tr_mul(&directions);
-    let change = -(&known * rows.tr_mul(left));
+    let turns = OfTurns::solve(&rows, left)?;
     #[allow(clippy::cast_precision_loss)]
-    let (freedom, rests) = ((left.len() - PARAMETERS) as f64, of_rests.len() as f64);
-    let scatter = (left + &rows * &change).norm_squared() / freedom;
+    let rests = of_rests.len() as f64;
     let mean = of_rests.iter().sum::<Vector3<f64>>() / rests;
     let squares = of_rests
         .iter()
         .map(|each| (each - mean).component_mul(&(each - mean)));
     let of_mean = squares.sum::<Vector3<f64>>() / ((rests - 1.0) * rests);
-    let difference = change.fixed_rows::<3>(9) - mean;
-    let covariance = known.fixed_view::<3, 3>(9, 9) * scatter + Matrix3::from_diagonal(&of_mean); // eq. 43
+    let difference = turns.change.fixed_rows::<3>(BIAS) - mean;
+    let covariance =
+        turns.known.fixed_view::<3, 3>(BIAS, BIAS) * turns.scatter + Matrix3::from_diagonal(&of_mean); // eq. 43
     let square = difference.dot(&covariance.cholesky()?.solve(&difference)); // eq. 43
     Some(TurnBias {
         difference,
         sigma: covariance.diagonal().map(f64::sqrt),
-        // Student's square as a chi-square: its own distribution where turns are many, and no smaller chance else.
-        chance: chi_square_tail(freedom * libm::log1p(square / freedom), 3.0), // eq. 44
+        chance: turns.chance(square, 3.0),
     })
 }
 
@@ -188,6 +264,75 @@ mod tests {
 
     fn found(data: &Rotations) -> Option<TurnBias> {
         turn_bias(data, &fit_rates(data).expect("solvable"))
+    }
+
+    /// A session of turns of drawn angles, 1.5 s each, that speed up and slow down as minimum jerk has it.
+    fn smooth_session(seed: u64, turns: usize, tracking: Option<(f64, f64)>) -> Rotations {
+        const STEP: f64 = 0.01;
+        const DURATION: f64 = 1.5;
+        const STILL: f64 = 0.15;
+        let mut random = stream(seed, 1, StreamPurpose::GyroscopeWhite);
+        let bias = normal_vector(&mut random) * 0.01;
+        let mut data = session(seed, turns, &bias, &bias);
+        let mut up = Vector3::z();
+        for k in 0..turns {
+            data.rests[k].force = up * GRAVITY;
+            data.rests[k].rate_variance = Vector3::repeat(1e-10);
+            data.rests[k].rate = bias + normal_vector(&mut random) * 1e-5;
+            let axis = normal_vector(&mut random).normalize();
+            let angle = 0.4 + 2.6 * (0.5 + 0.5 * normal_vector(&mut random).normalize().x);
+            let mut tracked = bias;
+            let samples = &mut data.turns[k].samples;
+            let count = ((DURATION + 2.0 * STILL) / STEP).round() as usize;
+            samples.time = (0..=count).map(|i| i as f64 * STEP).collect();
+            samples.rate = samples
+                .time
+                .iter()
+                .map(|time| {
+                    let u = ((time - STILL) / DURATION).clamp(0.0, 1.0);
+                    let rate = axis * (angle / DURATION * 30.0 * (u * (1.0 - u)).powi(2));
+                    let read = rate + bias + normal_vector(&mut random) * NOISE;
+                    let Some((threshold, constant)) = tracking else {
+                        return read;
+                    };
+                    if (read - tracked).norm() < threshold {
+                        tracked += (read - tracked) * (STEP / constant);
+                    }
+                    read - tracked + bias
+                })
+                .collect();
+            samples.force = vec![up * GRAVITY; samples.time.len()];
+            data.turns[k].variance = 3e-8;
+            up = Rotation3::new(-axis * angle) * up;
+        }
+        data.rests[turns].force = up * GRAVITY;
+        data.rests[turns].rate = bias;
+        data.rests[turns].rate_variance = Vector3::repeat(1e-10);
+        data
+    }
+
+    #[test]
+    fn following_its_bias_costs_an_angle_in_every_turn() {
+        for tracking in [(0.05, 0.3), (0.1, 1.0)] {
+            for seed in 0..8 {
+                let data = smooth_session(seed, 17, Some(tracking));
+                let fit = fit_rates(&data).expect("solvable");
+                // Nothing else shows it: it looks like a scale that is too small.
+                assert!(!turn_bias(&data, &fit).expect("shown").contradicts());
+                let loss = turn_loss(&data, &fit).expect("shown");
+                assert!(loss.contradicts(), "{seed} {loss:?}");
+                assert!((2e-3..0.03).contains(&loss.angle), "{seed} {loss:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn sound_turns_lose_no_angle() {
+        for seed in 0..40 {
+            let data = smooth_session(seed, 12 + usize::try_from(seed % 9).unwrap(), None);
+            let loss = turn_loss(&data, &fit_rates(&data).expect("solvable")).expect("shown");
+            assert!(!loss.contradicts() && loss.chance > 1e-4, "{seed} {loss:?}");
+        }
     }
 
     #[test]

@@ -86,7 +86,7 @@ from tumble.procedures.multipose.sections import (
     sections_of_folder,
 )
 from tumble.procedures.multipose.stated_rate import StampedRate, stamped_rate
-from tumble.procedures.multipose.turn_bias import TurnBias
+from tumble.procedures.multipose.turn_bias import TurnBias, TurnLoss
 
 OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
 """Reason why the mounting of the accelerometer is not observable."""
@@ -563,6 +563,8 @@ def _about_turns(
         yield DeadBand(*band).sentence()
     elif bias is not None and bias["contradicts"]:
         yield TurnBias(**bias).sentence()
+    elif (loss := figures["turn_loss"]) is not None:
+        yield TurnLoss(*loss).sentence()
     elif (stamped is None or stamped.agrees) and not on_faces:
         # On faces full turns show the scale, within the degree that a hand and an edge are known to.
         widening = figures["turn_widening"]

@@ -1,10 +1,11 @@
-"""The gyroscope's bias in turns against that at rest: one that zeroes itself at rest has two.
+"""The gyroscope's bias in turns against that at rest: one that zeroes itself has two, or ends turns short.
 
 Method: docs/theory/multipose.md, section 13.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,4 +35,22 @@ class TurnBias:
         return (
             f"the gyroscope reads otherwise in turns than at rest, by {apart}: it zeroes itself at rest, or "
             "has a dead band; its bias cannot be found from rests"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class TurnLoss:
+    """Angle that every turn loses, however far it goes."""
+
+    angle: float
+    """rad."""
+    sigma: float
+    """rad, 1-sigma, as turns scatter."""
+
+    def sentence(self) -> str:
+        """Names the angle, and the gyroscope that loses it."""
+        angle, sigma = math.degrees(self.angle), math.degrees(self.sigma)
+        return (
+            f"the gyroscope loses {angle:.2g} ± {sigma:.1g} deg in every turn, however far it goes: it "
+            "zeroes itself while it turns slowly, or has a dead band; turns do not show its scale"
         )
