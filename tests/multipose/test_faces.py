@@ -264,7 +264,7 @@ def level_faces(hertz=100.0):
 
 
 def test_turns_on_faces_hold_a_g_sensitivity_nobody_asked_for():
-    """It is constant in a full turn, so that as noise it put angles off by five sigmas and more."""
+    """It is constant in a full turn, so that as noise it moved angles by five sigmas and more."""
     force, rate = level_faces()
     squares = []
     for seed in range(40, 52):
