@@ -97,7 +97,7 @@
 /**
  * Words of 8 bytes in the storage of a spin.
  */
-#define TUMBLE_SPIN_WORDS 616
+#define TUMBLE_SPIN_WORDS 640
 
 /**
  * Words of 8 bytes in the storage of a store.

@@ -19,7 +19,7 @@ use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::status::{Status, status};
 
 /// Words of 8 bytes in the storage of a spin.
-pub const TUMBLE_SPIN_WORDS: usize = 616;
+pub const TUMBLE_SPIN_WORDS: usize = 640;
 
 /// Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
 #[repr(C)]
