@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::products::{Length, product, squared, zeros};
 use crate::real::{Real, real, tabulated};
+use crate::redundancy::components::larger;
 use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
 
@@ -162,11 +163,112 @@ const REST_DOUBTED: f64 = 2.0;
 /// Cosine of the turn beyond which the error of an accelerometer is independent.
 const SAME_ATTITUDE: f64 = 0.9;
 
+/// Sums over the observations of carried gravity, each weighted by its news over twice its variance
+/// (docs/theory/isolation.md, eq. 15).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct CarriedSums<T: Real> {
+    weight: T,
+    /// Weighted difference of the errors of the two units, and their mean.
+    apart: Vector3<T>,
+    shared: Vector3<T>,
+    products: Products<T>,
+}
+
+/// Weighted sums of products of the difference of two errors and of their mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Products<T: Real> {
+    /// Square of the first error minus that of the second.
+    balance: T,
+    /// Square of the difference.
+    apart: T,
+    /// Square of the mean.
+    shared: T,
+}
+
+impl<T: Real> Products<T> {
+    fn of(apart: &Vector3<T>, shared: &Vector3<T>, weight: T) -> Self {
+        let balance = apart.dot(shared) * weight;
+        Self {
+            balance: balance + balance,
+            apart: squared(apart) * weight,
+            shared: squared(shared) * weight,
+        }
+    }
+
+    /// Logarithm of the likelihood ratio that the first unit and not the second is wrong, if the error of the wrong one
+    /// may contain any multiple of the shared acceleration, of the order of one.
+    fn ratio(&self) -> T {
+        // The acceleration is what the unit measures that is then the sound one.
+        let shared = self.shared + self.apart * real(0.25) - self.balance.abs() * real(0.5);
+        let variance = self.apart + shared * shared * real(2.0);
+        if variance > T::zero() {
+            self.balance * self.apart / variance // isolation.md, eq. 15
+        } else {
+            T::zero()
+        }
+    }
+}
+
+impl<T: Real> CarriedSums<T> {
+    fn none() -> Self {
+        Self {
+            weight: T::zero(),
+            apart: zeros(),
+            shared: zeros(),
+            products: Products {
+                balance: T::zero(),
+                apart: T::zero(),
+                shared: T::zero(),
+            },
+        }
+    }
+
+    fn push(&mut self, first: &Vector3<T>, second: &Vector3<T>, inverse: T, news: T) {
+        let (apart, shared) = (first - second, (first + second) * real::<T>(0.5));
+        let (most, balance) = (real::<T>(MOST), apart.dot(&shared).abs() * inverse * real(2.0));
+        let share = if balance > most { most / balance } else { T::one() };
+        let weight = inverse * share * news;
+        let products = Products::of(&apart, &shared, weight);
+        self.weight += weight;
+        self.apart += apart * weight;
+        self.shared += shared * weight;
+        self.products.balance += products.balance;
+        self.products.apart += products.apart;
+        self.products.shared += products.shared;
+    }
+
+    fn fade(&mut self, left: T) {
+        self.weight *= left;
+        self.apart *= left;
+        self.shared *= left;
+        self.products.balance *= left;
+        self.products.apart *= left;
+        self.products.shared *= left;
+    }
+
+    /// Logarithm of the likelihood ratio that the first unit and not the second is wrong: that of the means, and that of
+    /// the deviations from them.
+    fn ratio(&self) -> T {
+        if self.weight <= T::zero() {
+            return T::zero();
+        }
+        let (all, inverse) = (&self.products, T::one() / self.weight);
+        let means = Products::of(&self.apart, &self.shared, inverse);
+        let deviations = Products {
+            balance: all.balance - means.balance,
+            apart: larger(T::zero(), all.apart - means.apart),
+            shared: larger(T::zero(), all.shared - means.shared),
+        };
+        means.ratio() + deviations.ratio()
+    }
+}
+
 /// Evidence against the first of two units, minus evidence against the second: logarithms of a likelihood
 /// ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Evidence<T: Real> {
     gathered: T,
+    carried: CarriedSums<T>,
     /// Evidence of rests in the latest attitude, which are not independent of each other.
     at_rest: T,
     /// Direction of gravity in that attitude, m/s^2.
@@ -178,6 +280,7 @@ impl<T: Real> Evidence<T> {
     pub fn none() -> Self {
         Self {
             gathered: T::zero(),
+            carried: CarriedSums::none(),
             at_rest: T::zero(),
             gravity: zeros(),
         }
@@ -216,23 +319,23 @@ impl<T: Real> Evidence<T> {
         if variance <= T::zero() {
             return;
         }
-        let more = (squared(first) - squared(second)) / (variance + variance);
-        let most = real::<T>(MOST);
-        let evidence = more.max(-most).min(most) * news;
-        self.gathered += evidence; // eq. 15
+        self.carried
+            .push(first, second, T::one() / (variance + variance), news);
         self.fade(news);
     }
 
     /// Forgets evidence over a window that adds none.
     pub fn fade(&mut self, news: T) {
         let left = T::one() - news / real(REMEMBERED);
-        self.gathered *= left; // eq. 15
+        self.gathered *= left;
+        self.carried.fade(left);
         self.at_rest *= left;
     }
 
     /// Returns the faulty one of two units, 0 or 1, with the latest kind of evidence, if the evidence decides.
     pub fn decides(&self, ground: Ground) -> Option<(usize, Proof<T>)> {
-        let (evidence, limit) = (self.gathered + self.at_rest, real::<T>(DECIDES));
+        let gathered = self.gathered + self.at_rest + self.carried.ratio();
+        let (evidence, limit) = (gathered, real::<T>(DECIDES));
         let proof = Proof {
             ground,
             value: evidence.abs(),
@@ -307,11 +410,14 @@ mod tests {
             let mut evidence = Evidence::none();
             evidence.push_rest(Sensor::Accelerometer, &left(0.5, 0.1), &left(0.0, 0.1), None, &UP);
             evidence.push(&Vector3::repeat(0.1), &Vector3::zeros(), 0.05, 1.0);
-            let before = (evidence.gathered, evidence.at_rest);
+            let before = (evidence.carried.products.balance, evidence.at_rest);
             for _ in 0..(REMEMBERED / news).round() as u32 {
                 evidence.fade(news);
             }
-            for (left, before) in [(evidence.gathered, before.0), (evidence.at_rest, before.1)] {
+            for (left, before) in [
+                (evidence.carried.products.balance, before.0),
+                (evidence.at_rest, before.1),
+            ] {
                 let share = left / before;
                 assert!((share - (-1.0_f64).exp()).abs() < 0.02, "{share} with {news}");
             }

@@ -589,6 +589,13 @@ where
 
     /// Carries the gravity of each unit by its own gyroscope.
     fn carry_gravity(&mut self, window: &SetWindow<'_, T, UNITS>) {
+        let usual = self.motion.usual();
+        let size = squared(usual).square_root();
+        let up = if size > T::zero() {
+            usual / size
+        } else {
+            Vector3::z()
+        };
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
             let Some(unit) = unit else { continue };
             let [f, w] = &unit.reading;
@@ -596,7 +603,9 @@ where
                 follow(&mut evidence.resting_rate, w, window.length);
             }
             let turning = difference(w, &evidence.resting_rate);
-            evidence.gravity.push(f, &turning, window.gravity, window.length);
+            evidence
+                .gravity
+                .push(f, &turning, &up, window.gravity, window.length);
         }
     }
 
@@ -617,7 +626,7 @@ where
                 |sensor: Sensor| unit.is_known(sensor) && !sensor.of(&self.sensors).is_faulty(number);
             let Some(at_rest) = &unit.at_rest else {
                 if learns(Sensor::Accelerometer) {
-                    let square = squared(evidence.gravity.error()) / real(3.0);
+                    let square = squared(evidence.gravity.error()) * real(0.5);
                     self.usual_error.learn(square, &self.turned, window.length);
                 }
                 continue;

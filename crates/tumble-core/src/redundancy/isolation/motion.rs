@@ -170,6 +170,11 @@ impl<T: Real> SetMotion<T> {
         ]
     }
 
+    /// Usual specific force, m/s^2.
+    pub fn usual(&self) -> &Vector3<T> {
+        &self.usual
+    }
+
     /// Angular acceleration over the previous window, rad/s^2, given the rate over the next one, rad/s; `None`
     /// before two windows.
     pub fn acceleration(&self, rate: &Vector3<T>, window: T) -> Option<Vector3<T>> {

@@ -538,9 +538,13 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
             }
             let others = case.known.without(self.faulty).units();
             let others = others.filter(|other| *other != unit);
-            let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
+            let usual_of = |unit: usize| {
+                let rests = case.unit(unit)?.at_rest.is_some();
+                self.scatters.get(unit)?.usual(rests, case.window.length)
+            };
             let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
             let Some(usual) = usual_of(unit) else {
+                self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
                 continue;
             };
             let Some(limit) = limit(sensor, usual, others, case.window.noise_ratio) else {
@@ -883,7 +887,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
                 continue;
             };
             deviation.follow(case.sensor, window);
-            scatters.learn(case.scatter(reading), window);
+            scatters.learn(case.scatter(reading), reading.at_rest.is_some(), window);
         }
     }
 }

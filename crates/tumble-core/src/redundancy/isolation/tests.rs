@@ -2,6 +2,8 @@ extern crate std;
 
 use std::vec::Vec;
 
+use nalgebra::Matrix3;
+
 use super::*;
 use crate::redundancy::draws::Draw;
 
@@ -133,7 +135,7 @@ fn no_reading_before_a_calibration_is_evidence_against_it() {
         evidence.resting_rate = rate;
         let force = Vector3::new(0.0, 0.0, 9.8) + rate * 10.0;
         for _ in 0..100 {
-            evidence.gravity.push(&force, &rate, 9.8, H);
+            evidence.gravity.push(&force, &rate, &Vector3::z(), 9.8, H);
         }
     }
     for sensor in SENSORS {
@@ -146,4 +148,171 @@ fn no_reading_before_a_calibration_is_evidence_against_it() {
     let change = Vector3::new(2e-3, 0.0, 0.0);
     isolator.trimmed(Sensor::Gyroscope, 1, &change, false);
     assert_eq!(isolator.evidence[1].resting_rate, rates[0] - change);
+}
+
+/// Flight of a quadrotor: its thrust, along its third axis, makes all of its acceleration.
+struct Quadrotor {
+    waves: [[f64; 3]; 6],
+    yaw: [f64; 2],
+}
+
+impl Quadrotor {
+    fn drawn(draw: &mut Draw) -> Self {
+        let mut wave = || {
+            let frequency = 0.15 + 0.5 * (0.5 + 0.5 * (draw.normal() * 3.0).sin());
+            [draw.normal() * 2.5, frequency, draw.normal() * 3.0]
+        };
+        Self {
+            waves: core::array::from_fn(|_| wave()),
+            yaw: [0.3 * draw.normal(), draw.normal()],
+        }
+    }
+
+    /// Specific force, m/s^2, and attitude: the axes of the body in rows.
+    fn state(&self, t: f64) -> (Vector3<f64>, Matrix3<f64>) {
+        let mut thrust = Vector3::new(0.0, 0.0, 9.8);
+        for (k, [size, frequency, phase]) in self.waves.iter().enumerate() {
+            let share = if k % 3 == 2 { 0.5 } else { 1.0 };
+            thrust[k % 3] += share * size * (core::f64::consts::TAU * frequency * t + phase).sin();
+        }
+        let up = thrust.normalize();
+        let heading = self.yaw[0] * t + self.yaw[1];
+        let ahead = Vector3::new(heading.cos(), heading.sin(), 0.0);
+        let left = up.cross(&ahead).normalize();
+        let axes = Matrix3::from_rows(&[left.cross(&up).transpose(), left.transpose(), up.transpose()]);
+        (axes * thrust, axes)
+    }
+
+    /// Specific force, m/s^2, and angular rate, rad/s, in body axes.
+    fn at(&self, t: f64) -> [Vector3<f64>; 2] {
+        let step = 1e-4;
+        let (f, axes) = self.state(t);
+        let change = (self.state(t + step).1 - self.state(t - step).1) / (2.0 * step);
+        let turning = axes * change.transpose();
+        [f, Vector3::new(turning[(2, 1)], turning[(0, 2)], turning[(1, 0)])]
+    }
+}
+
+/// First unit named in a flight of 150 s of two units, with the ground; `fault` alters the readings of one of them from 90 s
+/// on. Both scatter by `scatter`, m/s^2 and rad/s, from sample to sample.
+fn two_fly(
+    seed: u64,
+    faulty: usize,
+    scatter: [f64; 2],
+    fault: &dyn Fn(&mut UnitReading<f64>),
+) -> Option<(usize, &'static str)> {
+    let mut isolator = FaultIsolator::<f64, 2>::new();
+    let mut draw = Draw(seed);
+    let flight = Quadrotor::drawn(&mut draw);
+    let mut found = None;
+    for k in 0..(150.0 / H) as u64 {
+        let t = k as f64 * H;
+        let [f, w] = flight.at(t);
+        let units: [Option<UnitReading<f64>>; 2] = core::array::from_fn(|i| {
+            let mut reading = UnitReading {
+                reading: [f + draw.vector(0.008), w + draw.vector(0.0005)],
+                scatter,
+                at_rest: None,
+                votes: [true; 2],
+                known: [true; 2],
+                calibrated: [true; 2],
+                matrix_shown: [true; 2],
+                place: 0.0,
+                residual: [1e-5, 1e-8],
+                uncertainty: [0.0; 2],
+                interval: 0.005,
+            };
+            if i == faulty && t >= 90.0 {
+                fault(&mut reading);
+            }
+            Some(reading)
+        });
+        let window = SetWindow {
+            units: &units,
+            number: k,
+            span: 50_000,
+            steps: &[UnitSteps::none(); 2],
+            mounted: &core::array::from_fn(|i| MountedUnit::new(i as u64)),
+            length: H,
+            gravity: 9.8,
+            noise_ratio: 9.0,
+            means_only: false,
+            per_kelvin: ForceAndRate {
+                specific_force: 0.0,
+                angular_rate: 0.0,
+            },
+            tolerated: ForceAndRate {
+                specific_force: 0.05,
+                angular_rate: 0.005,
+            },
+        };
+        isolator.look(&window, None, &mut |_, event| {
+            let named = match event {
+                IsolationEvent::Isolated { unit, proof } => (unit, proof.ground.name()),
+                IsolationEvent::Noisy { unit, .. } => (unit, "noisy"),
+                _ => return,
+            };
+            found = found.or(Some(named));
+        });
+    }
+    found
+}
+
+const STEADY: [f64; 2] = [0.02, 0.0014];
+
+#[test]
+fn of_two_units_no_function_of_a_reading_names_the_sound_one() {
+    for seed in 0..24_u64 {
+        let mut draw = Draw(seed + 1000);
+        let (scale, rail) = (0.7 + 0.6 * draw.uniform(), 9.8 + 3.0 * draw.uniform());
+        let (bent, axis) = (0.006 * draw.uniform(), (draw.uniform() * 3.0) as usize);
+        let faults: [&dyn Fn(&mut UnitReading<f64>); 6] = [
+            &|unit| unit.reading[0] *= scale,
+            &|unit| unit.reading[0][axis] *= scale,
+            &|unit| unit.reading[0].apply(|x| *x = x.clamp(-rail, rail)),
+            &|unit| unit.reading[0].apply(|x| *x = x.min(rail)),
+            &|unit| unit.reading[0].apply(|x| *x -= bent * *x * *x),
+            &|unit| unit.reading[1] *= scale,
+        ];
+        let faulty = seed as usize % 2;
+        for (which, fault) in faults.iter().enumerate() {
+            let named = two_fly(seed, faulty, STEADY, fault);
+            let right = named.is_none_or(|(unit, _)| unit == faulty);
+            assert!(
+                right,
+                "seed {seed}, fault {which}, {scale} {rail} {bent}: {named:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn of_two_units_a_large_error_names_the_faulty_one() {
+    let faults: [&dyn Fn(&mut UnitReading<f64>); 3] = [
+        &|unit| unit.reading[0].x += 5.0,
+        &|unit| unit.reading[1].x += 1.0,
+        &|unit| unit.reading[0].swap_rows(0, 2),
+    ];
+    for fault in faults {
+        let right = (0..16_u64).filter(|seed| {
+            let faulty = *seed as usize % 2;
+            two_fly(*seed, faulty, STEADY, fault).is_some_and(|(unit, _)| unit == faulty)
+        });
+        assert!(right.count() >= 14);
+    }
+}
+
+#[test]
+fn no_unit_at_its_own_usual_scatter_is_noisy() {
+    let shaken = [2.0, 0.1];
+    for seed in 0..12_u64 {
+        let left = 0.3 * Draw(seed + 50).uniform();
+        let filtered =
+            |unit: &mut UnitReading<f64>| unit.scatter = unit.scatter.map(|scatter| scatter * left);
+        let named = two_fly(seed, seed as usize % 2, shaken, &filtered);
+        assert_eq!(named, None, "seed {seed}, {left}");
+        let noisy = |unit: &mut UnitReading<f64>| unit.scatter = unit.scatter.map(|scatter| scatter * 20.0);
+        let named = two_fly(seed, seed as usize % 2, shaken, &noisy);
+        assert_eq!(named, Some((seed as usize % 2, "noisy")), "seed {seed}");
+    }
 }

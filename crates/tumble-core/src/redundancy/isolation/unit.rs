@@ -154,10 +154,16 @@ impl<T: Real> SensorDeviation<T> {
 /// Gravity carried by the gyroscope of a unit, compared with the reading of its accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarriedGravity<T: Real> {
-    /// Carried gravity, m/s^2; zero until it is initialised.
-    gravity: Vector3<T>,
+    /// Mean specific force in axes that do not turn, m/s^2; zero until it is initialised. Its direction is that of
+    /// carried gravity.
+    mean: Vector3<T>,
+    /// Angular rate over the window before, rad/s.
+    rate: Vector3<T>,
     error: Vector3<T>,
 }
+
+/// One plus the cosine of a turn below which its axis is unknown: 174 degrees.
+const LEAST_COSINE: f64 = 0.005;
 
 /// Time constants with which carried gravity returns to the reading of the accelerometer and its error is
 /// averaged, s.
@@ -168,36 +174,53 @@ impl<T: Real> CarriedGravity<T> {
     /// Creates carried gravity that is not initialised.
     pub fn new() -> Self {
         Self {
-            gravity: zeros(),
+            mean: zeros(),
+            rate: zeros(),
             error: zeros(),
         }
     }
 
-    /// Updates carried gravity with a window of compensated readings; `g` is the magnitude of gravity, m/s^2
-    /// (docs/theory/isolation.md, eq. 14).
-    pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, g: T, window: T) {
-        if squared(&self.gravity) == T::zero() {
-            self.gravity = *f;
+    /// Updates carried gravity with a window of compensated readings; `usual_up` is the usual direction of gravity in the
+    /// axes of the primary, upwards, of length one, and `g` its magnitude, m/s^2 (docs/theory/isolation.md, eq. 14).
+    pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, usual_up: &Vector3<T>, g: T, window: T) {
+        if squared(&self.mean) == T::zero() {
+            (self.mean, self.rate) = (*f, *w);
         }
-        let carried = &mut self.gravity;
+        // From the middle of the window before to the middle of this one. By the rate of this one alone, rotations lag by
+        // half a window, and those about several axes turn carried gravity away.
+        let between = scaled(&sum(w, &self.rate), real(0.5));
+        self.rate = *w;
+        let mean = &mut self.mean;
         // A rotation by -w h, to second order.
-        let turn = scaled(w, -window);
-        let first = cross(&turn, carried);
+        let turn = scaled(&between, -window);
+        let first = cross(&turn, mean);
         let second = scaled(&cross(&turn, &first), real(0.5));
-        let turned = sum(&sum(carried, &first), &second);
-        let error = difference(f, &turned); // isolation.md, eq. 14
-        let mut next = turned;
-        follow(&mut next, f, window / real::<T>(CARRIED_OVER));
-        let size = squared(&next).square_root();
-        *carried = if size > T::zero() {
-            scaled(&next, g / size)
+        let (size, turned) = (squared(mean), sum(&sum(mean, &first), &second));
+        let size_turned = squared(&turned);
+        let up = if size_turned > T::zero() {
+            scaled(&turned, T::one() / size_turned.square_root())
         } else {
-            *f
+            Vector3::z()
         };
+        // A rotation to second order lengthens what it turns.
+        *mean = scaled(&up, size.square_root());
+        follow(mean, f, window / real::<T>(CARRIED_OVER)); // isolation.md, eq. 14
+        let along = squared(mean).square_root() - g;
+        let across = difference(f, &scaled(&up, up.dot(f)));
+        // The least rotation that takes the vertical to its usual direction in the axes of the unit.
+        let both = sum(&up, usual_up);
+        let cosine = T::one() + up.dot(usual_up);
+        let shifted = if cosine > real(LEAST_COSINE) {
+            scaled(&both, -usual_up.dot(&across) / cosine)
+        } else {
+            zeros()
+        };
+        let error = sum(&sum(&across, &shifted), &scaled(usual_up, along)); // isolation.md, eq. 14
         follow(&mut self.error, &error, window / real::<T>(ERROR_OVER));
     }
 
-    /// Reading of the accelerometer minus carried gravity, mean over the latest seconds, m/s^2.
+    /// Reading of the accelerometer across carried gravity, and along it the mean specific force minus gravity; mean over
+    /// the latest seconds, m/s^2.
     pub fn error(&self) -> &Vector3<T> {
         &self.error
     }

@@ -780,13 +780,15 @@ where
             specific_force: self.compensated(platform, number, Sensor::Accelerometer, f)?,
             angular_rate: self.compensated(platform, number, Sensor::Gyroscope, w)?,
         };
-        let arm = lever_arm(unit, self.stored.get(number));
+        let stored = self.stored.get(number);
+        let arm = lever_arm(unit, stored);
+        let is_unknown = stored.is_some_and(|stored| !is_calibrated(&platform.comparable(unit), stored));
         let output = Output {
             time: sample.time,
             specific_force: self.lever_arm_correction.apply(sample.time, &reading, &arm),
             angular_rate: reading.angular_rate,
             source: number,
-            degraded: self.is_degraded(number),
+            degraded: is_unknown || self.is_degraded(number),
         };
         if !output.is_finite() {
             // The squares of finite readings may overflow; they must not remain in the filter.
