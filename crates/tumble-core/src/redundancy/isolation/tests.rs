@@ -193,14 +193,12 @@ impl Quadrotor {
     }
 }
 
+/// Fault of a unit: alters its readings.
+type Alter<'a> = &'a dyn Fn(&mut UnitReading<f64>);
+
 /// First unit named in a flight of 150 s of two units, with the ground; `fault` alters the readings of one of them from 90 s
 /// on. Both scatter by `scatter`, m/s^2 and rad/s, from sample to sample.
-fn two_fly(
-    seed: u64,
-    faulty: usize,
-    scatter: [f64; 2],
-    fault: &dyn Fn(&mut UnitReading<f64>),
-) -> Option<(usize, &'static str)> {
+fn two_fly(seed: u64, faulty: usize, scatter: [f64; 2], fault: Alter<'_>) -> Option<(usize, &'static str)> {
     let mut isolator = FaultIsolator::<f64, 2>::new();
     let mut draw = Draw(seed);
     let flight = Quadrotor::drawn(&mut draw);
@@ -266,7 +264,7 @@ fn of_two_units_no_function_of_a_reading_names_the_sound_one() {
         let mut draw = Draw(seed + 1000);
         let (scale, rail) = (0.7 + 0.6 * draw.uniform(), 9.8 + 3.0 * draw.uniform());
         let (bent, axis) = (0.006 * draw.uniform(), (draw.uniform() * 3.0) as usize);
-        let faults: [&dyn Fn(&mut UnitReading<f64>); 6] = [
+        let faults: [Alter<'_>; 6] = [
             &|unit| unit.reading[0] *= scale,
             &|unit| unit.reading[0][axis] *= scale,
             &|unit| unit.reading[0].apply(|x| *x = x.clamp(-rail, rail)),
@@ -288,7 +286,7 @@ fn of_two_units_no_function_of_a_reading_names_the_sound_one() {
 
 #[test]
 fn of_two_units_a_large_error_names_the_faulty_one() {
-    let faults: [&dyn Fn(&mut UnitReading<f64>); 3] = [
+    let faults: [Alter<'_>; 3] = [
         &|unit| unit.reading[0].x += 5.0,
         &|unit| unit.reading[1].x += 1.0,
         &|unit| unit.reading[0].swap_rows(0, 2),
