@@ -46,8 +46,8 @@ impl<T: Real> UsualScatter<T> {
         *usual += (scatter - *usual) * share;
     }
 
-    /// Usual scatter, m/s^2 or rad/s, once it is known: after that time in motion. What a unit scatters at rest says nothing
-    /// about the vibration that its mount passes, and motors may run at rest.
+    /// Usual scatter, m/s^2 or rad/s, once it is known: after that time in motion. Scatter at rest does not
+    /// show the vibration that a mount passes, and motors may run at rest.
     pub fn usual(&self, rests: bool, window: T) -> Option<T> {
         let ([in_motion, at_rest], [windows, _]) = (self.usual, self.learnt);
         let known = window * count::<T>(windows.into()) >= real(USUAL_OVER);
