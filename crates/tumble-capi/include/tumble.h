@@ -76,7 +76,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS (((((102 + (167 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_MAJORITY_WORDS) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
+#define TUMBLE_REDUNDANCY_WORDS (((((118 + (170 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_MAJORITY_WORDS) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.

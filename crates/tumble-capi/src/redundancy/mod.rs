@@ -58,8 +58,8 @@ use crate::status::{Status, StatusResult, status};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 102
-    + 167 * UNITS
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 118
+    + 170 * UNITS
     + 4 * UNITS * UNITS
     + TUMBLE_MAJORITY_WORDS
     + TUMBLE_CALIBRATION_WORDS

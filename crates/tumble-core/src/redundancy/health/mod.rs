@@ -19,12 +19,14 @@
 //!   shown.
 
 mod fault;
+mod loss;
 mod watch;
 
 pub use fault::{FaultFigures, HealthFault};
 pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
+use crate::redundancy::health::loss::Loss;
 use crate::redundancy::health::watch::{Context, Reading, SensorWatch};
 use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
@@ -84,6 +86,7 @@ pub struct Health<T: Real> {
     time: u64,
     /// Usual sample interval, microseconds.
     interval: u32,
+    loss: Loss<T>,
     /// Time over which samples were useless, up to the latest, 256 microseconds.
     mute: u16,
     /// Time at which the unit became healthy, or of the latest fault.
@@ -131,6 +134,7 @@ impl<T: Real> Health<T> {
         Self {
             time: 0,
             interval: 0,
+            loss: Loss::unknown(),
             mute: 1,
             since: 0,
             watches: [SensorWatch::new(); 2],
@@ -300,6 +304,7 @@ impl<T: Real> Health<T> {
     ) -> Usable {
         let now = sample.time;
         self.arrive(now, settings);
+        self.count_lost(now, settings);
         let lapse = Lapse::between(self.time, now);
         self.time = now;
         let (mut usable, mut is_live) = ([false; 2], true);
@@ -435,6 +440,7 @@ impl<T: Real> Health<T> {
     pub fn restart_time(&mut self, now: u64) {
         self.time = now;
         self.since = now;
+        self.loss = Loss::unknown();
         self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
@@ -468,6 +474,18 @@ impl<T: Real> Health<T> {
         }
         if self.again >= TOO_MANY {
             self.exclude(HealthFault::Duplicated, now);
+        }
+    }
+
+    /// Counts samples that are missing since the one before; a pause in which the unit is late is none of these.
+    #[inline(never)]
+    fn count_lost(&mut self, now: u64, settings: &HealthSettings<T>) {
+        let interval = now.saturating_sub(self.time);
+        if interval == 0 || interval > self.patience(settings) {
+            return;
+        }
+        if let Some((share, limit)) = self.loss.push(seconds(interval), self.is_sound()) {
+            self.exclude(HealthFault::Lossy { share, limit }, now);
         }
     }
 
