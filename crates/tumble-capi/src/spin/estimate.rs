@@ -119,17 +119,15 @@ pub unsafe extern "C" fn tumble_spin_solve(
     let (place, why) = unsafe { (Place::at(estimate), Place::if_wanted(failure)) };
     status((|| {
         let (true_angle, place, why) = (true_angle.transpose()?, place?, why?);
-        let solve = |machine: &mut SpinMachine<f32>| match machine.solve_in_place(true_angle.as_ref()) {
-            Ok(found) => {
-                place.write(SpinEstimate::of(&found));
-                Ok(())
-            }
-            Err(failed) => {
+        let solve = |machine: &mut SpinMachine<f32>| {
+            let solved =
+                machine.solve_in_place(true_angle.as_ref(), |found| place.write(SpinEstimate::of(found)));
+            solved.map_err(|failed| {
                 if let Some(why) = why {
                     why.write(SpinFailure::of(&failed));
                 }
-                Err(Status::TumbleErrorSpin)
-            }
+                Status::TumbleErrorSpin
+            })
         };
         // SAFETY: the same.
         unsafe { change(spin, solve) }

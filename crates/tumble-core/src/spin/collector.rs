@@ -118,29 +118,34 @@ impl<T: Real> Collector<T> {
         solve::solve(&self.estimator, true_angle)
     }
 
-    /// Solves for everything seen so far, at once, with the memory of the slices instead of the stack. Slices that were
-    /// under way begin anew.
+    /// Solves for everything seen so far, at once, with the memory of the slices instead of the stack, and hands it to
+    /// `take`. Slices that were under way begin anew.
     ///
     /// # Errors
     /// Those of [`SpinSolver::step`].
     pub fn solve_in_place(
         &mut self,
         true_angle: Option<&TrueAngle<T>>,
-    ) -> Result<SpinEstimate<T>, SpinFailure<T>> {
+        take: impl FnOnce(&SpinEstimate<T>),
+    ) -> Result<(), SpinFailure<T>> {
         let under_way = self.solver.under_way();
         let solved = if self.solver.has_solved(true_angle) {
             Ok(())
         } else {
             self.solve_all(true_angle)
         };
-        let found = solved.and_then(|()| {
-            let found = self.solver.estimate(&self.estimator);
-            found.ok_or(SpinFailure::Unsolvable)
-        });
+        let taken = solved.and_then(|()| self.give(take).ok_or(SpinFailure::Unsolvable));
         if let Some((solved_for, true_angle)) = under_way {
             self.solver.begin(solved_for, true_angle.as_ref());
         }
-        found
+        taken
+    }
+
+    // Apart, so that the stack of an estimate is not under that of a fit.
+    #[inline(never)]
+    fn give(&self, take: impl FnOnce(&SpinEstimate<T>)) -> Option<()> {
+        take(&self.solver.estimate(&self.estimator)?);
+        Some(())
     }
 
     // Apart, so that its stack is not under that of the estimate.

@@ -166,16 +166,17 @@ impl<T: Real> SpinMachine<T> {
         }
     }
 
-    /// Estimates as [`Self::solve`] returns them, with the memory of the machine instead of the stack. Slices of solving that
-    /// were under way begin anew.
+    /// Hands estimates as [`Self::solve`] returns them to `take`, with the memory of the machine instead of the stack. Slices of
+    /// solving that were under way begin anew.
     ///
     /// # Errors
     /// [`SpinFailure`] where there is nothing to be had.
     pub fn solve_in_place(
         &mut self,
         true_angle: Option<&TrueAngle<T>>,
-    ) -> Result<SpinEstimate<T>, SpinFailure<T>> {
-        self.collector.solve_in_place(true_angle)
+        take: impl FnOnce(&SpinEstimate<T>),
+    ) -> Result<(), SpinFailure<T>> {
+        self.collector.solve_in_place(true_angle, take)
     }
 
     /// Does a slice of solving, for those who would rather not wait for samples to do it; where there is nothing to be

@@ -183,13 +183,20 @@ impl<T: Real> SpinSolver<T> {
 
     #[inline(never)]
     fn prepare(&mut self, spin: &SpinEstimator<T>) -> Result<Solving<T>, SpinFailure<T>> {
-        let prepared = prepare(spin, self.true_angle.as_ref())?;
+        self.know(spin)?;
         self.make_room();
-        let fit = self.fitting.as_mut().ok_or(SpinFailure::Unsolvable)?;
+        let begun = self.fitting.as_mut().zip(self.prepared.as_ref());
+        let (fit, prepared) = begun.ok_or(SpinFailure::Unsolvable)?;
         fit.begin(&prepared.priors, None);
-        self.prepared = Some(prepared);
         self.next = Slice::Believe;
         Ok(Solving::GoesOn)
+    }
+
+    /// Finds what the fits share, in a call of its own: a fit that begins needs the stack that this took.
+    #[inline(never)]
+    fn know(&mut self, spin: &SpinEstimator<T>) -> Result<(), SpinFailure<T>> {
+        self.prepared = Some(prepare(spin, self.true_angle.as_ref())?);
+        Ok(())
     }
 
     /// Begins what slices work on. Only now, so that a machine that waits is made with little stack.
