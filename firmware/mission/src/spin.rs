@@ -64,10 +64,11 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
         counter_clockwise: Some(angle),
         sigma: real(0.01),
     };
-    let with_angle = watch.during(|| machine.solve_in_place(Some(&known)));
+    let mut scale = None;
+    let solved = watch.during(|| machine.solve_in_place(Some(&known), |found| scale = Some(found.scale)));
     watch.was(WorkPart::SpinSolve);
-    if let Ok(found) = &with_angle {
-        value(out, "scale, if that was the angle", &found.scale)?;
+    if let (Ok(()), Some(scale)) = (solved, &scale) {
+        value(out, "scale, if that was the angle", scale)?;
     }
     match (machine.state(), found) {
         (SpinState::Done, Ok(estimate)) => tell(out, &estimate)?,
