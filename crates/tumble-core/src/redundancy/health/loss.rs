@@ -14,14 +14,14 @@ const MOST: f64 = 0.4;
 
 /// Means of the sample interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Loss<T: Real> {
+pub(super) struct SampleLoss<T: Real> {
     /// Mean interval of late, and the usual one, s.
     recent: T,
     usual: T,
     samples: u16,
 }
 
-impl<T: Real> Loss<T> {
+impl<T: Real> SampleLoss<T> {
     /// Creates means without any interval.
     pub fn unknown() -> Self {
         Self {
@@ -60,7 +60,7 @@ mod tests {
         lost: f64,
         mut until_next: impl FnMut(&mut Draw, u32) -> f64,
     ) -> Option<f64> {
-        let (mut loss, mut now, mut before) = (Loss::unknown(), 0.0, 0.0);
+        let (mut loss, mut now, mut before) = (SampleLoss::unknown(), 0.0, 0.0);
         for k in 0.. {
             now += until_next(draw, k);
             if now > 120.0 {

@@ -26,7 +26,7 @@ pub use fault::{FaultFigures, HealthFault};
 pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
-use crate::redundancy::health::loss::Loss;
+use crate::redundancy::health::loss::SampleLoss;
 use crate::redundancy::health::watch::{Context, Reading, SensorWatch};
 use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
@@ -86,7 +86,7 @@ pub struct Health<T: Real> {
     time: u64,
     /// Usual sample interval, microseconds.
     interval: u32,
-    loss: Loss<T>,
+    loss: SampleLoss<T>,
     /// Time over which samples were useless, up to the latest, 256 microseconds.
     mute: u16,
     /// Time at which the unit became healthy, or of the latest fault.
@@ -134,7 +134,7 @@ impl<T: Real> Health<T> {
         Self {
             time: 0,
             interval: 0,
-            loss: Loss::unknown(),
+            loss: SampleLoss::unknown(),
             mute: 1,
             since: 0,
             watches: [SensorWatch::new(); 2],
@@ -440,7 +440,7 @@ impl<T: Real> Health<T> {
     pub fn restart_time(&mut self, now: u64) {
         self.time = now;
         self.since = now;
-        self.loss = Loss::unknown();
+        self.loss = SampleLoss::unknown();
         self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
