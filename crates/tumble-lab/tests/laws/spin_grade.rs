@@ -1,6 +1,7 @@
 //! Spins on a device that knows no more of its unit than the grade.
 
 use tumble_core::grade::Grade;
+use tumble_core::gravity::EARTH_RATE;
 use tumble_core::sample::Sample;
 use tumble_core::spin::estimate::SpinEstimate;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
@@ -50,8 +51,13 @@ fn spun_twice() -> Truth {
     }
 }
 
+/// At a pole the Earth's rotation is known, and takes no part in the sigmas.
+#[allow(clippy::cast_possible_truncation)]
 fn spun(samples: &[Sample<f64>], settings: &SpinSettings<f32>) -> SpinEstimate<f32> {
-    let mut machine = SpinMachine::new(settings);
+    let mut machine = SpinMachine::new(&SpinSettings {
+        earth_rate_up: EARTH_RATE as f32,
+        ..*settings
+    });
     machine.start();
     for sample in narrowed::<f32>(samples) {
         machine.push(&sample, Wheels::Unknown);
@@ -64,8 +70,10 @@ fn mean_square(grade: Grade, settings: &SpinSettings<f32>) -> f64 {
     let figures = Figures::named(grade.name()).unwrap();
     let truth = spun_twice();
     let squares = (0..SPINS).map(|seed| {
-        let found = spun(&wandering(&truth, &figures, seed), settings).gyroscope_bias;
-        let error = found.value.map(f64::from) - truth.gyroscope_bias;
+        let estimate = spun(&wandering(&truth, &figures, seed), settings);
+        let (found, up) = (estimate.gyroscope_bias, estimate.up.map(f64::from));
+        // The spin is drawn on an Earth that does not turn.
+        let error = found.value.map(f64::from) + up * EARTH_RATE - truth.gyroscope_bias;
         error.component_div(&found.sigma.map(f64::from)).norm_squared() / 3.0
     });
     squares.sum::<f64>() / SPINS as f64
