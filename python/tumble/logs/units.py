@@ -342,26 +342,27 @@ def guess_gyroscope_unit(smallest: float, peak: float, rest: StillReadings | Non
     too_fast = f"peak of {peak:.4g} is too fast for rad/s"
     if rest is None:
         return ("deg/s", too_fast) if is_fast else ("rad/s", ASSUMED)
-    likely, odds = _likeliest_rate_unit(rest, [name for name in RATE_UNITS if name != "rad/s" or not is_fast])
-    if odds > CERTAIN:  # units.md, eq. 6
+    (likely, _), *others = _rate_units(rest, [name for name in RATE_UNITS if name != "rad/s" or not is_fast])
+    if others[0][1] > CERTAIN:  # units.md, eq. 6
         return likely, too_fast if is_fast and likely == "deg/s" else AT_REST
-    return likely if is_fast else "rad/s", ASSUMED
+    fitting = {name for name, odds in others if odds <= CERTAIN}
+    return "rad/s" if "rad/s" in fitting else likely, ASSUMED
 
 
 def rate_unit_at_rest(rest: StillReadings) -> str | None:
     """Returns the unit that bias and noise at rest show; None where several may be."""
-    likely, odds = _likeliest_rate_unit(rest, list(RATE_UNITS))
+    (likely, _), (_, odds), *_ = _rate_units(rest, list(RATE_UNITS))
     return likely if odds > CERTAIN else None  # units.md, eq. 6
 
 
-def _likeliest_rate_unit(rest: StillReadings, names: Sequence[str]) -> tuple[str, float]:
-    """Returns the likeliest unit, and how much less likely the next is, in logarithms."""
-    likelihoods = {
-        name: math.log(RATE_UNITS[name]) + log_likelihood_of_rate_unit(rest, UNITS["gyroscope"][name])
-        for name in names
-    }
-    (likely, _), (_, odds), *_ = ordered(likelihoods)
-    return likely, odds
+def _rate_units(rest: StillReadings, names: Sequence[str]) -> list[tuple[str, float]]:
+    """Returns units, the likeliest first, each with how much less likely it is than that, in logarithms."""
+    return ordered(
+        {
+            name: math.log(RATE_UNITS[name]) + log_likelihood_of_rate_unit(rest, UNITS["gyroscope"][name])
+            for name in names
+        }
+    )
 
 
 def in_celsius(values: FloatArray, unit: str) -> FloatArray:

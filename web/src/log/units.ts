@@ -230,18 +230,17 @@ function ordered(likelihoods: readonly (readonly [string, number])[]): [string, 
 
 /** Returns the unit that bias and noise at rest show; nothing where several may be. */
 export function rateUnitAtRest(rest: StillReadings): string | undefined {
-  const [likely, odds] = likeliestRateUnit(rest, Object.keys(table.rateUnits));
+  const [[likely], [, odds]] = rateUnits(rest, Object.keys(table.rateUnits));
   return odds > table.certain ? likely : undefined;
 }
 
-/** Returns the likeliest unit, and how much less likely the next is, in logarithms. */
-function likeliestRateUnit(rest: StillReadings, names: readonly string[]): [string, number] {
+/** Returns units, the likeliest first, each with how much less likely it is than that, in logarithms. */
+function rateUnits(rest: StillReadings, names: readonly string[]): [string, number][] {
   const shares: Record<string, number> = table.rateUnits;
   const likelihoods = names.map((name) => {
     return [name, Math.log(shares[name]) + logLikelihoodOfRateUnit(rest, valueOf('gyroscope', name))] as const;
   });
-  const [[likely], [, odds]] = ordered(likelihoods);
-  return [likely, odds];
+  return ordered(likelihoods);
 }
 
 function logLikelihoodOfRateUnit(rest: StillReadings, unit: number): number {
@@ -268,9 +267,10 @@ export function guessGyroscopeUnit(
     return isFast ? { name: 'deg/s', reason: tooFast } : { name: 'rad/s', reason: ASSUMED };
   }
   const possible = Object.keys(table.rateUnits).filter((name) => name !== 'rad/s' || !isFast);
-  const [likely, odds] = likeliestRateUnit(rest, possible);
-  if (odds > table.certain) return { name: likely, reason: isFast && likely === 'deg/s' ? tooFast : AT_REST };
-  return { name: isFast ? likely : 'rad/s', reason: ASSUMED };
+  const [[likely], ...others] = rateUnits(rest, possible);
+  if (others[0][1] > table.certain) return { name: likely, reason: isFast && likely === 'deg/s' ? tooFast : AT_REST };
+  const fitting = others.filter(([, odds]) => odds <= table.certain).map(([name]) => name);
+  return { name: fitting.includes('rad/s') ? 'rad/s' : likely, reason: ASSUMED };
 }
 
 /** Returns the median step between times that advances; NaN where none does. */

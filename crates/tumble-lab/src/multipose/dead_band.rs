@@ -99,7 +99,7 @@ fn half_width(halves: &[Vec<f64>], noise: f64) -> f64 {
     let gaps = readings.windows(2).map(|pair| pair[1] - pair[0]);
     let widest_gap = gaps.max_by(f64::total_cmp).unwrap_or(edge);
     #[allow(clippy::cast_precision_loss)]
-    let by_chance = passing as f64 * libm::log(edge / (2.0 * edge - limit)); // eq. 45
+    let by_chance = passing as f64 * libm::log(edge / (2.0 * edge - limit)); // eq. 47
     if edge > COARSE * widest_gap && by_chance < libm::log(CHANCE) {
         edge
     } else {

@@ -987,8 +987,14 @@ fn rate_calibration(
 ) -> Result<TriadCalibration, MultiposeError> {
     let widened = widening(fit.chi_square, fit.degrees_of_freedom);
     let model = fit.errors.model;
-    let covariance = fit.covariance.fixed_view::<12, 12>(0, 0) * widened
+    let mut covariance = fit.covariance.fixed_view::<12, 12>(0, 0) * widened
         + covariance_by_pace(&model.matrix, settings.pace_sigma);
+    if data.g_sensitivity && !settings.g_sensitivity {
+        // Whoever corrects with M and b alone keeps the response to a specific force of any direction.
+        let response = fit.errors.g_sensitivity * fit.errors.g_sensitivity.transpose();
+        let mut of_bias = covariance.fixed_view_mut::<3, 3>(9, 9);
+        of_bias += response * (STANDARD * STANDARD / 3.0); // eq. 19a
+    }
     let parts = model.decompose()?;
     let g_sensitivity = settings.g_sensitivity.then(|| {
         let sigma = |i: usize| (fit.covariance[(12 + i, 12 + i)] * widened).sqrt();

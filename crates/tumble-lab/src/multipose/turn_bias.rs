@@ -78,7 +78,7 @@ pub(super) fn turn_loss(data: &Rotations, fit: &RotationsFit) -> Option<TurnLoss
     Some(TurnLoss {
         angle,
         sigma: variance.sqrt(),
-        chance: turns.chance(angle * angle / variance, 1.0), // eq. 47
+        chance: turns.chance(angle * angle / variance, 1.0), // eq. 46
     })
 }
 
@@ -104,7 +104,7 @@ fn equations(data: &Rotations, fit: &RotationsFit, more: usize) -> Option<(DMatr
             let mean = turn.samples.rate.iter().sum::<Vector3<f64>>() / turn.samples.rate.len() as f64;
             let along = (mean - fit.errors.model.bias).normalize() / turn.samples.duration();
             rows.view_mut((2 * k, PARAMETERS), (2, 1))
-                .copy_from(&(response.columns(BIAS, 3) * along)); // eq. 46
+                .copy_from(&(response.columns(BIAS, 3) * along)); // eq. 45
         }
         left.rows_mut(2 * k, 2).copy_from(&residual);
     }
