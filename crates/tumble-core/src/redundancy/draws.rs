@@ -1,6 +1,25 @@
-//! Random numbers for tests beside the code.
+//! Random numbers and readings for tests beside the code.
 
 use nalgebra::Vector3;
+
+use crate::redundancy::isolation::UnitReading;
+
+/// Reading of a sound, calibrated unit in motion: specific force, m/s^2, and angular rate, rad/s.
+pub fn sound_reading(f: Vector3<f64>, w: Vector3<f64>) -> UnitReading<f64> {
+    UnitReading {
+        reading: [f, w],
+        scatter: [0.02, 0.0014],
+        at_rest: None,
+        votes: [true; 2],
+        known: [true; 2],
+        calibrated: [true; 2],
+        matrix_shown: [true; 2],
+        place: 0.0,
+        residual: [1e-5, 1e-8],
+        uncertainty: [0.0; 2],
+        interval: 0.005,
+    }
+}
 
 /// Numbers of a seed (Knuth's multiplier).
 pub struct Draw(pub u64);

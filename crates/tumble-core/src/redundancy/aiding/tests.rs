@@ -5,7 +5,7 @@ use std::vec::Vec;
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::redundancy::draws::Draw;
+use crate::redundancy::draws::{Draw, sound_reading};
 use crate::redundancy::isolation::attribution::Ground;
 use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
 use crate::redundancy::monitor::Monitor;
@@ -92,19 +92,7 @@ fn velocity(value: Vector3<f64>) -> Aiding<f64> {
 }
 
 fn reading(f: Vector3<f64>, w: Vector3<f64>) -> Option<UnitReading<f64>> {
-    Some(UnitReading {
-        reading: [f, w],
-        scatter: [0.02, 0.0014],
-        at_rest: None,
-        votes: [true; 2],
-        known: [true; 2],
-        calibrated: [true; 2],
-        matrix_shown: [true; 2],
-        place: 0.0,
-        residual: [1e-5, 1e-8],
-        uncertainty: [0.0; 2],
-        interval: 0.005,
-    })
+    Some(sound_reading(f, w))
 }
 
 fn resting() -> [Option<UnitReading<f64>>; 2] {

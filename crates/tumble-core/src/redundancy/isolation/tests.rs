@@ -5,7 +5,7 @@ use std::vec::Vec;
 use nalgebra::Matrix3;
 
 use super::*;
-use crate::redundancy::draws::Draw;
+use crate::redundancy::draws::{Draw, sound_reading};
 
 const H: f64 = 0.05;
 
@@ -41,19 +41,7 @@ where
             let mut noise = |s: f64| Vector3::new(draw.normal(), draw.normal(), draw.normal()) * s;
             let f = f.component_mul(&(Vector3::repeat(1.0) + scale[i])) + noise(0.008) + df;
             let w = w + noise(0.0005) + dw;
-            Some(UnitReading {
-                reading: [f, w],
-                scatter: [0.02, 0.0014],
-                at_rest: None,
-                votes: [true; 2],
-                known: [true; 2],
-                calibrated: [true; 2],
-                matrix_shown: [true; 2],
-                place: 0.0,
-                residual: [1e-5, 1e-8],
-                uncertainty: [0.0; 2],
-                interval: 0.005,
-            })
+            Some(sound_reading(f, w))
         });
         let window = SetWindow {
             units: &units,
@@ -208,17 +196,8 @@ fn two_fly(seed: u64, faulty: usize, scatter: [f64; 2], fault: Alter<'_>) -> Opt
         let [f, w] = flight.at(t);
         let units: [Option<UnitReading<f64>>; 2] = core::array::from_fn(|i| {
             let mut reading = UnitReading {
-                reading: [f + draw.vector(0.008), w + draw.vector(0.0005)],
                 scatter,
-                at_rest: None,
-                votes: [true; 2],
-                known: [true; 2],
-                calibrated: [true; 2],
-                matrix_shown: [true; 2],
-                place: 0.0,
-                residual: [1e-5, 1e-8],
-                uncertainty: [0.0; 2],
-                interval: 0.005,
+                ..sound_reading(f + draw.vector(0.008), w + draw.vector(0.0005))
             };
             if i == faulty && t >= 90.0 {
                 fault(&mut reading);
