@@ -103,7 +103,13 @@ def acquire(
     digests = {name: each.digest() for name, each in of_parts.items()}
     refuse_copies(digests.items(), recording.name)
     about = recording.metadata
-    facts = LogFacts(duration=duration, axes=about.body, reading=about.reading, time=LogTime(start))
+    facts = LogFacts(
+        duration=duration,
+        axes=about.body,
+        reading=about.reading,
+        time=LogTime(start),
+        has_assumed_unit=any(unit.is_assumed for unit in (about.accelerometer_unit, about.gyroscope_unit)),
+    )
     notices = (*counts.notices(), *temperatures.notices(), *stood_still(frozen, facts.time))
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)

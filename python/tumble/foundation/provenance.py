@@ -49,6 +49,8 @@ class LogFacts:
     """Directions of the case axes in a vehicle, such as FRD; empty where the log does not define them."""
     reading: LogReading = field(default_factory=dict)
     """Options that changed its readings; empty where they are not known."""
+    has_assumed_unit: bool = False
+    """True if neither the log, nor an option, nor its readings show the unit of a sensor."""
     time: LogTime = UNKNOWN_TIME
     """Time by its own clock; of several files, that of the first."""
 

@@ -171,6 +171,11 @@ class Addition:
     software: str = ""
 
     @property
+    def states_si_units(self) -> bool:
+        """True if the unit of every sensor is stated or shown; where one is assumed, values may be in another."""
+        return not any(log.has_assumed_unit for log in self.logs)
+
+    @property
     def started(self) -> str:
         """Date at which the first log began; empty where its stamps are no dates."""
         return self.logs[0].time.date if self.logs else ""

@@ -171,11 +171,12 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
 
     @property
     def verdict(self) -> Verdict:
-        """`measured` where N, B and K of all were found, `model not met` far from the curve."""
+        """`measured` where N, B and K of all were found in known units, `model not met` far from the curve."""
         if any(channel.misfit > LARGEST_MISFIT for channel in self.channels):
             return "model not met"
         asked = (channel.term(name) for channel in self.channels for name in ASKED_FOR)
-        return "measured" if all(term.observable for term in asked) else "partly measured"
+        is_shown = self.states_si_units and all(term.observable for term in asked)
+        return "measured" if is_shown else "partly measured"
 
     def term(self, triad: Triad, name: str) -> FloatArray:
         """(3,) a term of x, y and z; NaN where the record does not show it."""

@@ -229,11 +229,11 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
 
     @property
     def verdict(self) -> Verdict:
-        """`measured`; `partly measured` without both legs, `model not met` where they are too far apart."""
+        """`measured`; `partly measured` without both legs or a unit, `model not met` where legs are too far apart."""
         if not all(axis.is_one_curve for axis in self.axes):
             return "model not met"
         both = all(axis.hysteresis.observable for axis in self.axes)
-        return "measured" if both else "partly measured"
+        return "measured" if both and self.states_si_units else "partly measured"
 
     def estimates(self, triad: Triad, name: str) -> AxisEstimates:
         """Returns values and sigmas of a parameter of each axis, (3,) each, such as `hysteresis`.
