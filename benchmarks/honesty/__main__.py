@@ -17,7 +17,7 @@ from rich.console import Console
 
 from benchmarks.honesty.draw import draw
 from benchmarks.honesty.law import Judgement
-from benchmarks.honesty.session import SESSIONS
+from benchmarks.honesty.sessions import SESSIONS
 from benchmarks.honesty.summary import summary
 from benchmarks.results import Content, machine, save
 from benchmarks.seeds import computed, digest_of

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.honesty import files, mechanics, people, sensors
 from benchmarks.honesty.session import Session
 
-MOVED = ("multipose", "turntable", "spin")
+MOVED = ("multipose", "turntable", "spin", "align")
 STILL = ("noise", "thermal")
 ALL = (*MOVED, *STILL)
 POSES = ("multipose", "turntable")

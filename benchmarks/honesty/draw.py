@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.honesty.catalogue import CATALOGUE, Imperfection
 from benchmarks.honesty.law import Judgement, judged, typed
-from benchmarks.honesty.session import SESSIONS
+from benchmarks.honesty.sessions import SESSIONS
 from benchmarks.honesty.statements import answered
 
 UNDISTURBED = 0.1

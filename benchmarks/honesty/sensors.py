@@ -133,6 +133,7 @@ def grow_noise(session: Session, size: float) -> None:
 def smooth(session: Session, size: float) -> None:
     """Filters both triads by a first-order low-pass of a time constant, s."""
     filtered = _filter(session.rate_hz, size)
+    _target(session).is_filtered = True
     _target(session).sees.append(lambda _, force, rate: (filtered(force), filtered(rate)))
 
 

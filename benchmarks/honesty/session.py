@@ -8,27 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.honesty.motion import (
-    FloatArray,
-    Motion,
-    Segment,
-    attitude_after,
-    attitude_with_up,
-    moved,
-    turned_by,
-    visits,
-)
+from benchmarks.honesty.motion import FloatArray, Motion, Segment, moved
 
-FACES = np.array([[0, 0, 1], [1, 0, 0], [0, 0, -1], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
-"""(6, 3) directions that point up, each a quarter of a turn from the one before."""
 TURN_RATE = 1.0
 """rad/s, mean of a turn."""
 AXES = "xyz"
 TRIADS = ("accelerometer", "gyroscope")
 WHITE, FLICKER, WALK = "white noise", "bias instability", "random walk"
 """Terms of noise by the words of results."""
-LIKE_THE_LAST = np.radians(30.0)
-"""rad between two orientations that a hand takes for different ones."""
 
 
 @dataclass
@@ -56,9 +43,13 @@ class Unit:
     """Roundings of that, behind all else."""
     stamps: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
     """Changes of its time stamps, (n,) s."""
+    clock: tuple[FloatArray, FloatArray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
+    """True times of the samples that were written, and their stamps, (n,) s."""
     rows: list[Callable[[list[str]], list[str]]] = field(default_factory=list)
     """Changes of the lines of its file, without the head."""
     head: str = "time,ax,ay,az,gx,gy,gz"
+    is_filtered: bool = False
+    """True if its readings are behind the motion."""
     decimals: tuple[int, int] = (9, 9)
     """Decimals of forces and rates in the file."""
     scale: tuple[float, float] = (1.0, 1.0)
@@ -73,9 +64,33 @@ class Unit:
     thermometer: list[Callable[[Motion, FloatArray], FloatArray]] = field(default_factory=list)
     """Readings of its thermometer, then changes of them, (n,) degC; none without a thermometer."""
 
+    def late_at(self, time: float) -> FloatArray:
+        """(m,) s by which stamps within two seconds of a true time are behind, without those that repeat."""
+        true, stamped = self.clock
+        near = (np.abs(true - time) < 2.0) & (np.diff(stamped, prepend=-np.inf) > 0.0)
+        return (true - stamped)[near]
+
     def true_bias(self, triad: str) -> FloatArray:
         """(3,) bias, as a mean over the recording."""
         return self.bias[triad] + self.drift.get(triad, np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Place of a second unit beside the first, and its clock."""
+
+    rotation: FloatArray
+    """(3, 3) second from first."""
+    lever_arm: FloatArray
+    """(3,) m, from the first to the second, in the axes of the first."""
+    offset: float
+    """s to be added to the second's time, at its zero."""
+    skew: float
+    """Growth of the offset."""
+
+    def stamped(self, time: FloatArray) -> FloatArray:
+        """(n,) s by the second's clock at times of the first's."""
+        return time - self.offset - self.skew * time
 
 
 @dataclass
@@ -91,6 +106,10 @@ class Session:
     rate_hz: float = 100.0
     words: list[str] = field(default_factory=list)
     """Options that are typed."""
+    between: Relation = field(default_factory=lambda: Relation(np.eye(3), np.zeros(3), 0.0, 0.0))
+    """Truth of two units on one body."""
+    roles: tuple[str, ...] = ()
+    """Option that names the file of each unit; none where files are arguments."""
     lever_arm: FloatArray = field(default_factory=lambda: np.zeros(3))
     """(3,) m from the axis of the robot to the sensor, in body axes."""
     plans: list[Callable[[list[Segment]], list[Segment]]] = field(default_factory=list)
@@ -104,12 +123,12 @@ class Session:
         motion = moved(segments, self.start, self.rate_hz)
         force = motion.force + np.cross(motion.acceleration, self.lever_arm)
         force += np.cross(motion.rate, np.cross(motion.rate, self.lever_arm))
-        paths = []
-        for unit in self.units:
+        files = []
+        for k, unit in enumerate(self.units):
             path = folder / f"{unit.name}.csv"
             path.write_text(_text(unit, motion, force, self.rng))
-            paths.append(str(path))
-        return [self.procedure, *paths, *self.words, "-o", str(folder / "out")]
+            files += [*self.roles[k : k + 1], str(path)]
+        return [self.procedure, *files, *self.words, "-o", str(folder / "out")]
 
 
 def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generator) -> str:
@@ -125,6 +144,7 @@ def _text(unit: Unit, motion: Motion, force: FloatArray, rng: np.random.Generato
     time = motion.time.copy()
     for stamp in unit.stamps:
         time = stamp(time)
+    unit.clock = motion.time, time
     figures = [f"%.{places}f" for places in unit.decimals for _ in range(3)]
     values = [unit.scale[0] * read[0], unit.scale[1] * read[1]]
     if unit.thermometer:
@@ -157,158 +177,3 @@ def drawn_unit(name: str, rng: np.random.Generator, grade: float = 1.0) -> Unit:
             "gyroscope": 0.002 * float(rng.uniform(0.5, 2.0)),
         },
     )
-
-
-def by_hand(rng: np.random.Generator) -> Session:
-    """A unit held still in eighteen orientations."""
-    ups: list[FloatArray] = []
-    while len(ups) < 18:
-        up = rng.normal(size=3)
-        up /= np.linalg.norm(up)
-        if not ups or abs(up @ ups[-1]) < np.cos(LIKE_THE_LAST):
-            ups.append(up)
-    attitudes = [attitude_with_up(ups[0], float(rng.uniform(0.0, 2.0 * np.pi)))]
-    for up in ups[1:]:
-        attitudes.append(attitude_after(attitudes[-1], up, float(rng.uniform(-0.5, 0.5))))
-    segments = visits(attitudes, float(rng.uniform(3.0, 5.0)), TURN_RATE)
-    return Session("multipose", rng, segments, attitudes[0], [drawn_unit("imu", rng)])
-
-
-def on_table(rng: np.random.Generator) -> Session:
-    """A target beside a reference on a table that shows six faces, twice."""
-    attitudes = [attitude_with_up(FACES[0], 0.0)]
-    for up in [*FACES[1:], *FACES]:
-        attitudes.append(_tipped(attitude_after(attitudes[-1], up, 0.0), rng, np.radians(0.02)))
-    segments = visits(attitudes, float(rng.uniform(4.0, 6.0)), TURN_RATE)
-    reference = drawn_unit("reference", rng, grade=0.0)
-    reference.bias = {"accelerometer": rng.normal(0.0, 1e-3, 3), "gyroscope": rng.normal(0.0, 1e-5, 3)}
-    reference.noise = {"accelerometer": 0.002, "gyroscope": 0.0002}
-    return Session("turntable", rng, segments, attitudes[0], [reference, drawn_unit("target", rng)])
-
-
-def _tipped(attitude: FloatArray, rng: np.random.Generator, sigma: float) -> FloatArray:
-    tipped: FloatArray = attitude @ turned_by(rng.normal(0.0, sigma, 3), np.ones(1))[0]
-    return tipped
-
-
-def on_the_spot(rng: np.random.Generator) -> Session:
-    """A robot that stands, turns three times each way on a tilted floor, and stands again."""
-    up = np.array([*rng.normal(0.0, np.radians(2.0), 2), 1.0])
-    up /= np.linalg.norm(up)
-    floor = _tipped(np.eye(3), rng, np.radians(0.7))
-    mounted = attitude_with_up(up, float(rng.uniform(0.0, 2.0 * np.pi)))
-    start = floor @ mounted
-    turns = float(rng.uniform(2.0, 3.0)) * 2.0 * np.pi
-    seconds = turns / TURN_RATE
-    # The robot turns about the vertical of the floor, here in body axes.
-    axis = mounted.T @ np.array([0.0, 0.0, 1.0])
-    segments = [Segment(6.0, np.zeros(3), 0)]
-    for sign in (1.0, -1.0):
-        segments += [Segment(seconds, sign * turns * axis, -1), Segment(3.0, np.zeros(3), len(segments))]
-    unit = drawn_unit("imu", rng, grade=1.0)
-    # Without equipment before it, its scale and angles are within what the procedure assumes.
-    unit.matrix = {triad: np.eye(3) for triad in unit.matrix}
-    session = Session("spin", rng, segments, start, [unit])
-    session.lever_arm = np.array([*rng.normal(0.0, 0.05, 2), 0.0])
-    return session
-
-
-def at_rest(rng: np.random.Generator) -> Session:
-    """A unit that lies still for a quarter of an hour, with white noise, flicker and random walk."""
-    attitude = attitude_with_up(rng.normal(size=3), float(rng.uniform(0.0, 2.0 * np.pi)))
-    unit = drawn_unit("imu", rng)
-    session = Session(
-        "noise", rng, [Segment(float(rng.uniform(600.0, 1500.0)), np.zeros(3), 0)], attitude, [unit], 50.0
-    )
-    session.words = ["--json"]
-    for triad in TRIADS:
-        white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
-        unit.terms[triad, WHITE] = white
-        unit.terms[triad, FLICKER] = white * np.exp(rng.uniform(np.log(3e-3), np.log(0.5), 3))
-        unit.terms[triad, WALK] = white * np.exp(rng.uniform(np.log(1e-4), np.log(0.05), 3))
-    unit.reads.append(_slow_noise(unit, rng))
-    return session
-
-
-def _slow_noise(
-    unit: Unit, rng: np.random.Generator
-) -> Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Flicker of two-sided spectrum B^2 / (2 pi f), and random walk of K per root second."""
-
-    def noisy(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
-        step = float(motion.time[1] - motion.time[0])
-        out = []
-        for triad, values in zip(TRIADS, (force, rate), strict=True):
-            flicker = unit.terms[triad, FLICKER] * _flicker(len(values), step, rng)
-            walk = np.cumsum(rng.normal(0.0, np.sqrt(step), (len(values), 3)), axis=0)
-            out.append(values + flicker + unit.terms[triad, WALK] * walk)
-        return out[0], out[1]
-
-    return noisy
-
-
-def _flicker(count: int, step: float, rng: np.random.Generator) -> FloatArray:
-    """(count, 3) flicker of strength 1, out of four times as long a record."""
-    length = 4 * count
-    frequency = np.fft.rfftfreq(length, step)[1:]
-    size = np.sqrt(length / (2.0 * np.pi * frequency * step) / 2.0)[:, None]
-    drawn = size * (rng.normal(size=(len(size), 3)) + 1j * rng.normal(size=(len(size), 3)))
-    record: FloatArray = np.fft.irfft(np.vstack([np.zeros((1, 3)), drawn]), length, axis=0)
-    return record[:count]
-
-
-REFERENCE = 25.0
-"""degC about which drift is drawn."""
-
-
-def through_temperatures(rng: np.random.Generator) -> Session:
-    """A unit that lies still for an hour in a box that warms and cools."""
-    low, high = float(rng.uniform(-10.0, 10.0)), float(rng.uniform(40.0, 70.0))
-    attitude = attitude_with_up(rng.normal(size=3), float(rng.uniform(0.0, 2.0 * np.pi)))
-    unit = drawn_unit("imu", rng)
-    session = Session("thermal", rng, [Segment(3600.0, np.zeros(3), 0)], attitude, [unit], 5.0)
-    session.words = ["--json"]
-    unit.head += ",temperature"
-    unit.thermometer.append(lambda motion, _: temperature(motion, low, high))
-    for triad, slope in zip(TRIADS, (1e-3, 1e-4), strict=True):
-        drawn = rng.normal(size=(3, 3)) * slope * np.array([[1.0], [5e-3], [3e-5]])
-        for k, axis in enumerate(AXES):
-            powers = drawn[:, k]
-            unit.thermal[f"{triad} {axis}", "bias per K"] = lambda at, c=powers: float(  # type: ignore[misc]
-                c[0] + 2.0 * c[1] * (at - REFERENCE) + 3.0 * c[2] * (at - REFERENCE) ** 2
-            )
-            unit.thermal[f"{triad} {axis}", "mean hysteresis"] = lambda _: 0.0
-        white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
-        unit.terms[triad, FLICKER] = 0.03 * white
-        unit.terms[triad, WALK] = 1e-4 * white
-        unit.reads.append(_drift(triad, drawn, low, high))
-    unit.reads.append(_slow_noise(unit, rng))
-    return session
-
-
-def temperature(motion: Motion, low: float, high: float) -> FloatArray:
-    """(n,) degC: from the lowest to the highest and back."""
-    turn = 2.0 * np.pi * motion.time / motion.time[-1]
-    warmth: FloatArray = low + (high - low) * 0.5 * (1.0 - np.cos(turn))
-    return warmth
-
-
-def _drift(
-    triad: str, powers: FloatArray, low: float, high: float
-) -> Callable[[Motion, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    def drifted(motion: Motion, force: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
-        above = (temperature(motion, low, high) - REFERENCE)[:, None]
-        drift = powers[0] * above + powers[1] * above**2 + powers[2] * above**3
-        return (force + drift, rate) if triad == TRIADS[0] else (force, rate + drift)
-
-    return drifted
-
-
-SESSIONS: dict[str, Callable[[np.random.Generator], Session]] = {
-    "multipose": by_hand,
-    "turntable": on_table,
-    "spin": on_the_spot,
-    "noise": at_rest,
-    "thermal": through_temperatures,
-}
-"""Session of each procedure without imperfection."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from benchmarks.honesty.motion import rotation_vector
 from benchmarks.honesty.session import AXES, TRIADS, Session, Unit
 
 PAIRS = ((0, 1), (1, 2), (2, 0))
@@ -123,9 +124,53 @@ def of_temperature(session: Session, answer: Answer, _: Path) -> Statement:
     return _stated(answer, content, errors)
 
 
+def of_alignment(session: Session, answer: Answer, _: Path) -> Statement:
+    """Reads rotation, lever arm, clock and differences of the biases that a command printed as JSON.
+
+    A delay that a filter adds belongs to the offset, and to no clock: such an offset is not judged.
+    """
+    content, errors = _printed(answer), {}
+    for unit in content.get("units", ()):
+        truth = _alignment(session, unit)
+        for each in unit["parameters"]:
+            if each["observable"] and each["name"] in truth:
+                errors[each["name"]] = abs(each["value"] - truth[each["name"]]) / each["sigma"]
+        if not session.units[-1].is_filtered:
+            errors["time offset"] = _offset(session.units[-1], unit)
+        content["warnings"] = [*content["warnings"], *unit["warnings"]]
+    return _stated(answer, content, errors)
+
+
+def _offset(second: Unit, unit: Mapping[str, Any]) -> float:
+    """Error of an offset in sigmas: it may be that of stamps in the mean, or of those that come soonest."""
+    late = second.late_at(unit["reference_time"])
+    uncertain = np.hypot(unit["time_offset_sigma"], late.std() / np.sqrt(len(late)))
+    off = np.array([late.mean(), late.max()]) - unit["time_offset"]
+    return float(np.abs(off).min() / uncertain)
+
+
+def _alignment(session: Session, unit: Mapping[str, Any]) -> dict[str, float]:
+    """True values by the names of parameters; the rotation is the one of both its vectors that was stated."""
+    first, second = session.units
+    between = session.between
+    vector = rotation_vector(between.rotation)
+    angle = float(np.linalg.norm(vector))
+    if vector @ np.array(unit["rotation_vector"]) < 0.0 and angle > 0.5 * np.pi:
+        vector = vector * (1.0 - 2.0 * np.pi / angle)
+    truth = {"clock skew": between.skew}
+    for k, axis in enumerate(AXES):
+        truth[f"rotation {axis}"] = float(np.degrees(vector[k]))
+        truth[f"lever arm {axis}"] = float(between.lever_arm[k])
+        for triad in TRIADS:
+            apart = second.true_bias(triad) - second.matrix[triad] @ first.true_bias(triad)
+            truth[f"{triad} bias {axis}"] = float(apart[k])
+    return truth
+
+
 STATEMENTS: Mapping[str, Callable[[Session, Answer, Path], Statement]] = {
     "noise": of_noise,
     "thermal": of_temperature,
+    "align": of_alignment,
 }
 """Reader of what a procedure states, where that is no calibration file of all parameters."""
 

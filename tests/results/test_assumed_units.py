@@ -19,10 +19,13 @@ def rows():
     draws = np.random.default_rng(SEED)
     time = np.arange(int(3600 * RATE_HZ)) / RATE_HZ
     warmth = 40.0 - 20.0 * np.cos(2.0 * np.pi * time / time[-1])
-    force = np.array([0.1, 0.2, 9.8]) + 1e-3 * (warmth[:, None] - 25.0) + draws.normal(0.0, 0.02, (len(time), 3))
+    force = (
+        np.array([0.1, 0.2, 9.8]) + 1e-3 * (warmth[:, None] - 25.0) + draws.normal(0.0, 0.02, (len(time), 3))
+    )
     rate = 0.02 + 1e-4 * (warmth[:, None] - 25.0) + draws.normal(0.0, 0.003, (len(time), 3))
     table = np.column_stack([time, force, rate, warmth])
-    return ["%.3f,%.6f,%.6f,%.6f,%.7f,%.7f,%.7f,%.4f" % tuple(row) for row in table.tolist()]
+    form = ",".join(["%.3f", *["%.6f"] * 3, *["%.7f"] * 3, "%.4f"])
+    return [form % tuple(row) for row in table.tolist()]
 
 
 def run(folder, rows, procedure, names, *options):

@@ -67,6 +67,7 @@ def with_sample_times(recording: Recording) -> Recording:
             recording.metadata,
             remarks=tuple(dict.fromkeys((*recording.metadata.remarks, *of_parts))),
             pace_sigma=max(part.metadata.pace_sigma for part in parts),
+            fit_sigmas=max(part.metadata.fit_sigmas for part in parts),
             stamp_sigma=max(part.metadata.stamp_sigma for part in parts),
         )
         return replace(
@@ -82,7 +83,8 @@ def with_sample_times(recording: Recording) -> Recording:
     metadata = replace(recording.metadata, remarks=remarks, stamp_sigma=stamp_sigma)
     if times is None:
         return replace(recording, metadata=metadata) if remark or stamp_sigma else recording
-    metadata = replace(metadata, pace_sigma=float(np.hypot(metadata.pace_sigma, times.rate_sigma)))
+    pace = float(np.hypot(metadata.pace_sigma, times.rate_sigma))
+    metadata = replace(metadata, pace_sigma=pace, fit_sigmas=(times.sigma, times.rate_sigma))
     return replace(recording, metadata=metadata, open=lambda: SampledStream(recording.chunks(), times))
 
 

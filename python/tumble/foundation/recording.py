@@ -136,6 +136,8 @@ class Metadata:
     """True where no other IMU was logged with this one."""
     pace_sigma: float = 0.0
     """1-sigma of the pace of `time`, relative, where times were fitted; zero for stamps taken as they are."""
+    fit_sigmas: tuple[float, float] = (0.0, 0.0)
+    """1-sigma of the shift, s, and of the pace of times that were fitted to late stamps; zeros elsewhere."""
     stamp_sigma: float = 0.0
     """s, 1-sigma of times in the mean over 0.25 s, of samples taken neither evenly nor when stamped."""
     remarks: tuple[str, ...] = ()

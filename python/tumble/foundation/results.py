@@ -172,7 +172,7 @@ class Addition:
 
     @property
     def states_si_units(self) -> bool:
-        """True if the unit of every sensor is stated or shown; where one is assumed, values may be in another."""
+        """True if the unit of every sensor is stated or shown; values may be in another than one assumed."""
         return not any(log.has_assumed_unit for log in self.logs)
 
     @property

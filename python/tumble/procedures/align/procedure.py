@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -129,8 +130,21 @@ def _aligned(
     except _core.CoreError as error:
         raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
     rate = min(ours.rate, theirs.rate)
+    figures = _with_fitted_times(figures, (our_unit, unit))
     figures = _with_rounding(figures, ours, theirs)
     return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start), rate)
+
+
+def _with_fitted_times(figures: _core.AlignFigures, units: Sequence[UnitLog]) -> _core.AlignFigures:
+    """Widens offset and skew by what times fitted to late stamps leave open (docs/theory/clocks.md).
+
+    Times by lines of arrivals are compared as they are: the skew is that between the lines.
+    """
+    shifts, paces = zip(*(_recorded(unit).metadata.fit_sigmas for unit in units), strict=True)
+    found = figures.copy()
+    found["time_offset_sigma"] = math.hypot(figures["time_offset_sigma"], *shifts)
+    found["skew_sigma"] = math.hypot(figures["skew_sigma"], *paces)
+    return found
 
 
 def _with_rounding(figures: _core.AlignFigures, ours: UnitSamples, theirs: UnitSamples) -> _core.AlignFigures:

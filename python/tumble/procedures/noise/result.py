@@ -171,7 +171,7 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
 
     @property
     def verdict(self) -> Verdict:
-        """`measured` where N, B and K of all were found in known units, `model not met` far from the curve."""
+        """`measured` where N, B and K were found in known units, `model not met` far from the curve."""
         if any(channel.misfit > LARGEST_MISFIT for channel in self.channels):
             return "model not met"
         asked = (channel.term(name) for channel in self.channels for name in ASKED_FOR)

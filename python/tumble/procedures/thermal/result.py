@@ -229,7 +229,7 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
 
     @property
     def verdict(self) -> Verdict:
-        """`measured`; `partly measured` without both legs or a unit, `model not met` where legs are too far apart."""
+        """`measured`; `partly measured` without both legs or a unit, `model not met` if legs differ much."""
         if not all(axis.is_one_curve for axis in self.axes):
             return "model not met"
         both = all(axis.hysteresis.observable for axis in self.axes)
