@@ -5,10 +5,10 @@ import pytest
 
 from exchange_units import calibration, needed
 from tumble.calibration.document import Calibration
+from tumble.calibration.turned_axes import turned as turned_calibration
 from tumble.foundation.body_axes import are_axes, rotation, turned
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.logs import ReadOptions, open_recording
-from tumble.tools.exchange.axes import turned as turned_calibration
 from tumble.tools.exchange.procedure import export, import_calibrations
 from turntable_sessions import typed
 

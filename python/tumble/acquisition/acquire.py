@@ -15,6 +15,7 @@ from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.standstills import Standstill, standstills
 from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.debugging import debug, is_debugged
 from tumble.foundation.errors import ProcedureError
@@ -58,6 +59,7 @@ def acquire(
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, two files show one pose, or one is a copy of another.
     """
+    calibration = None if calibration is None else in_axes(calibration, recording.metadata.body)
     segmenter = _core.Segmenter(
         rates=rates,
         pace_sigma=recording.metadata.pace_sigma,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.log_reading import CORRECTION, LogReading, corrected_alike, read_otherwise
 from tumble.foundation.recording import Metadata
@@ -40,11 +41,12 @@ def calibration_of(
 def applied_first(
     given: Calibration | Path | str | None, log: Metadata, option: str = "--calibration"
 ) -> Calibration | None:
-    """Reads the calibration that a log is corrected with, if one is given.
+    """Reads the calibration that a log is corrected with, if one is given, in the axes of that log.
 
     Raises as `calibration_of`, and where one of the two logs was corrected before and the other was not.
     """
     found = calibration_of(given, log.serial, log.reading, about=log.source, option=option)
+    found = None if found is None else in_axes(found, log.body)
     if found is not None and found.log_reading and not corrected_alike(log.reading, found.log_reading):
         was = "corrected already" if log.already_corrected else "not corrected before"
         raise ProcedureError(
@@ -57,10 +59,16 @@ def applied_first(
 def started_from(start: Calibration | Path | str | None, log: Metadata) -> Calibration | None:
     """Reads the calibration of the unit of the log, if there is one to start from.
 
-    Raises as `calibration_of`, and where the effect of temperature would be taken off a log that was
-    corrected already.
+    Raises as `calibration_of`, where the log states other axes, and where the effect of temperature would be
+    taken off a log that was corrected already.
     """
     before = calibration_of(start, log.serial, log.reading, about=log.source)
+    if before is not None and log.body and before.axes and log.body != before.axes:
+        raise ProcedureError(
+            f"has the axes {log.body}, that of --calibration {before.axes}: sigmas and angles of a "
+            "calibration hold in its own; start from one whose log had these axes",
+            about=log.source,
+        )
     if before is None or not before.temperature_drifts():
         return before
     on_top = before.log_reading.get(CORRECTION) and corrected_alike(log.reading, before.log_reading)

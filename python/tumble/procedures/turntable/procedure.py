@@ -173,7 +173,7 @@ def open_session(
     if certified is not None:
         certified.refuse_unfit(unit)
     else:
-        applied_first(applied, unit.recording.metadata, "--reference-calibration")
+        applied = applied_first(applied, unit.recording.metadata, "--reference-calibration")
     uncertainty = reference_uncertainty(
         applied,
         reference_grade,

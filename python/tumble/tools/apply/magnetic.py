@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Recording
 
@@ -19,6 +20,7 @@ def corrected_magnetometer(calibration: Calibration, recording: Recording) -> Ma
     calibrated magnetometer readings stay as they are.
     """
     track = recording.magnetic
+    calibration = in_axes(calibration, recording.metadata.body)
     section = calibration.magnetometer
     if track is None or section is None:
         return track

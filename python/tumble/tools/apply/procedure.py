@@ -9,6 +9,7 @@ from pathlib import Path
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.calibration.turned_axes import in_axes, on_axes
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.file_status import path_of
 from tumble.foundation.log_reading import (
@@ -64,9 +65,10 @@ def apply(
     `OutputError` where `output` cannot be written; what was there before is then untouched.
     """
     output = path_of(output, "the log to write")
-    calibration = calibration if isinstance(calibration, Calibration) else Calibration.load(calibration)
+    given = calibration if isinstance(calibration, Calibration) else Calibration.load(calibration)
     recording = open_recording(recording, read)
     metadata = recording.metadata
+    calibration = in_axes(given, metadata.body)
     track = corrected_magnetometer(calibration, recording)
     of_magnetometer = calibration.magnetometer is not None and track is not None and track.already_corrected
     corrected = {CORRECTION: EARLIER} if of_magnetometer else {}
@@ -82,7 +84,7 @@ def apply(
     facts = Facts(
         metadata.frame,
         serial,
-        f"sha256:{calibration.hash()}",
+        f"sha256:{given.hash()}",
         metadata.triads,
         doubts=tuple(doubts(calibration)),
     )
@@ -112,6 +114,7 @@ def apply(
         samples,
         (
             *of_log,
+            *on_axes(given, metadata.body),
             *metadata.assumptions,
             *of_thermometer,
             *warnings,

@@ -11,6 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.calibration.document import Calibration
+from tumble.calibration.turned_axes import in_axes, on_axes
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.logs.spec import parse_spec
@@ -56,7 +57,9 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
         raise ProcedureError("give two calibrations or more")
     if not 0.0 < largest_rate < np.inf:
         raise ProcedureError(f"--turn-rate {largest_rate:g}: give a rate above zero, rad/s")
-    calibrations = [open_calibration(source) for source in sources]
+    opened = [open_calibration(source) for source in sources]
+    axes = next((each.axes for each in opened if each.axes), None)
+    calibrations = [in_axes(each, axes) for each in opened]
     labels = _labels(sources, calibrations)
     units = [unit_model(*each) for each in zip(calibrations, labels, strict=True)]
     temperatures = {
@@ -95,7 +98,12 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
         dates=dates,
         pairs=tuple(pairs),
         history=history,
-        notes=(INDEPENDENT, *temperature_notes(calibrations, labels, temperatures), *history_notes),
+        notes=(
+            INDEPENDENT,
+            *(notice for each in opened for notice in on_axes(each, axes)),
+            *temperature_notes(calibrations, labels, temperatures),
+            *history_notes,
+        ),
         warnings=tuple(
             warning
             for each, label in zip(calibrations, labels, strict=True)

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
+from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import BY_TUMBLE, FileKind
@@ -223,7 +224,7 @@ class Target:
             )
         self._refuse_magnetometers_alone(calibrations)
         before = [self._with_axes(calibrations, place, settings) for place in range(len(calibrations))]
-        calibrations = [axes.turned(each, self.body) if self.body and each.axes else each for each in before]
+        calibrations = [in_axes(each, self.body) for each in before]
         written = self.write(calibrations, settings)
         about = [
             triad

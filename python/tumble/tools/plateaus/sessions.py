@@ -114,6 +114,12 @@ def _refuse_unlike(calibrations: Sequence[Calibration], names: Sequence[str]) ->
     for each, name in zip(calibrations, names, strict=True):
         for why in read_otherwise(each.log_reading, calibrations[0].log_reading, f"that of {names[0]}"):
             raise ProcedureError(f"its log {why}; give calibrations of logs read alike", about=name)
+        if each.axes and calibrations[0].axes and each.axes != calibrations[0].axes:
+            raise ProcedureError(
+                f"has the axes {each.axes}, {names[0]} {calibrations[0].axes}; give calibrations of logs in "
+                "the same axes",
+                about=name,
+            )
         for doubt in unmet(each):
             raise ProcedureError(f"{doubt}; calibrate again at that temperature, or leave it out", about=name)
         if each.temperature_drifts():

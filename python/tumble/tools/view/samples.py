@@ -11,6 +11,7 @@ from typing import Final, Literal
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.magnetic import MAGNETIC_CHANNELS, MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
@@ -142,7 +143,8 @@ class KeptSamples:
         gaps = np.flatnonzero(steps > watch.longest_step)
         self._keep("raw", chunk)
         if self.calibration is not None:
-            force, rate = self.calibration.correct(chunk.accelerometer, chunk.gyroscope, chunk.temperature)
+            calibration = in_axes(self.calibration, self.recording.metadata.body)
+            force, rate = calibration.correct(chunk.accelerometer, chunk.gyroscope, chunk.temperature)
             self._keep("calibrated", replace(chunk, accelerometer=force, gyroscope=rate, temperature=None))
         for form, track in fields.items():
             held = _held(track, chunk.time)
