@@ -116,6 +116,14 @@ CATALOGUE = (
         r"thermometer|temperature.*step|resol", "LSM303: 8 steps a kelvin and fewer",
     ),
     Imperfection(
+        "thermometer stands still", "sensor", THERMAL, 1.0, 3000.0, "s", sensors.hold_temperature,
+        r"stood still|thermometer", "stalled I2C reads of a thermometer on a bus of its own",
+    ),
+    Imperfection(
+        "thermometer fails", "sensor", THERMAL, 0.3, 1000.0, "s", sensors.fail_temperature,
+        r"failed|thermometer", "drivers that give 0 where a read failed",
+    ),
+    Imperfection(
         "temperature in kelvin", "file", THERMAL, 1.0, 1.0001, "", sensors.write_kelvin,
         r"kelvin|\bK\b|temperature", "ROS: sensor_msgs/Temperature beside drivers that send K",
     ),

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.honesty.motion import FloatArray
-from benchmarks.honesty.session import Session
+from benchmarks.honesty.session import STATED, UNNAMED, Session
 
 
 def run_fast(session: Session, size: float) -> None:
@@ -78,6 +78,7 @@ def write_degrees(session: Session, _: float) -> None:
     """Writes deg/s in columns that do not state it."""
     unit = session.units[-1]
     unit.scale = (unit.scale[0], float(np.degrees(1.0)))
+    unit.head = unit.head.replace(STATED, UNNAMED)
 
 
 def write_g(session: Session, _: float) -> None:

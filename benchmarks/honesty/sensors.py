@@ -244,3 +244,24 @@ def coarsen_temperature(session: Session, size: float) -> None:
 def write_kelvin(session: Session, _: float) -> None:
     """Writes K in a column that does not state it."""
     _target(session).thermometer.append(lambda _, shown: shown + 273.15)
+
+
+def hold_temperature(session: Session, size: float) -> None:
+    """Has the thermometer repeat one reading for so many s."""
+
+    def held(motion: Motion, shown: FloatArray) -> FloatArray:
+        begin = session.rng.uniform(0.0, motion.time[-1])
+        within = (motion.time >= begin) & (motion.time < begin + size)
+        return np.where(within, shown[np.argmax(within)], shown) if within.any() else shown
+
+    _target(session).thermometer.append(held)
+
+
+def fail_temperature(session: Session, size: float) -> None:
+    """Has the thermometer read zero for so many s."""
+
+    def failed(motion: Motion, shown: FloatArray) -> FloatArray:
+        begin = session.rng.uniform(0.0, motion.time[-1])
+        return np.where((motion.time >= begin) & (motion.time < begin + size), 0.0, shown)
+
+    _target(session).thermometer.append(failed)

@@ -18,6 +18,11 @@ WHITE, FLICKER, WALK = "white noise", "bias instability", "random walk"
 """Terms of noise by the words of results."""
 
 
+UNNAMED = "time,ax,ay,az,gx,gy,gz"
+STATED = "time,ax,ay,az,gx [rad/s],gy [rad/s],gz [rad/s]"
+"""Heads of a file: a unit that moves shows by itself whether it is in rad/s."""
+
+
 @dataclass
 class Unit:
     """An inertial sensor: y = M u + b + noise, and what makes it depart from that."""
@@ -47,7 +52,7 @@ class Unit:
     """True times of the samples that were written, and their stamps, (n,) s."""
     rows: list[Callable[[list[str]], list[str]]] = field(default_factory=list)
     """Changes of the lines of its file, without the head."""
-    head: str = "time,ax,ay,az,gx,gy,gz"
+    head: str = UNNAMED
     is_filtered: bool = False
     """True if its readings are behind the motion."""
     decimals: tuple[int, int] = (9, 9)

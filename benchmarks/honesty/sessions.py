@@ -18,6 +18,7 @@ from benchmarks.honesty.motion import (
 from benchmarks.honesty.session import (
     AXES,
     FLICKER,
+    STATED,
     TRIADS,
     TURN_RATE,
     WALK,
@@ -95,7 +96,7 @@ def at_rest(rng: np.random.Generator) -> Session:
     session = Session(
         "noise", rng, [Segment(float(rng.uniform(600.0, 1500.0)), np.zeros(3), 0)], attitude, [unit], 50.0
     )
-    session.words = ["--json"]
+    session.words, unit.head = ["--json"], STATED
     for triad in TRIADS:
         white = np.full(3, unit.noise[triad] / np.sqrt(session.rate_hz))
         unit.terms[triad, WHITE] = white
@@ -143,7 +144,7 @@ def through_temperatures(rng: np.random.Generator) -> Session:
     unit = drawn_unit("imu", rng)
     session = Session("thermal", rng, [Segment(3600.0, np.zeros(3), 0)], attitude, [unit], 5.0)
     session.words = ["--json"]
-    unit.head += ",temperature"
+    unit.head = f"{STATED},temperature"
     unit.thermometer.append(lambda motion, _: temperature(motion, low, high))
     for triad, slope in zip(TRIADS, (1e-3, 1e-4), strict=True):
         drawn = rng.normal(size=(3, 3)) * slope * np.array([[1.0], [5e-3], [3e-5]])

@@ -14,6 +14,7 @@ from tumble.acquisition.duplicate_sensors import UnitHeads, refuse_copies
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.standstills import Standstill, standstills
+from tumble.acquisition.thermometer import ThermometerFault, ThermometerWatch, thermometer_notices
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.constants import STANDARD_GRAVITY
@@ -69,6 +70,7 @@ def acquire(
     heads = UnitHeads(recording.metadata.triads)
     of_parts: dict[str, UnitHeads] = {}
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
+    failed: list[ThermometerFault] = []
     frozen: list[tuple[float, float]] = []
     stuck: list[Standstill] = []
     samples = 0
@@ -77,7 +79,7 @@ def acquire(
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
         segmenter.begin_part(name)
         of_parts[name] = UnitHeads(recording.metadata.triads)
-        stream = part.chunks()
+        stream, thermometer = part.chunks(), ThermometerWatch()
         begun: float | None = None
         for chunk in stream:
             if samples == 0 and (odd := odd_step(usual_step(chunk.time))):
@@ -87,6 +89,7 @@ def acquire(
             heads.push(chunk)
             of_parts[name].push(chunk)
             temperatures.add(len(chunk), chunk.temperature)
+            thermometer.push(chunk)
             still = standstills(chunk, recording.metadata.triads)
             frozen += [(float(chunk.time[a]), float(chunk.time[b])) for a, b in still.frozen]
             stuck += still.stuck
@@ -102,6 +105,7 @@ def acquire(
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
+        failed += thermometer.faults()
     digests = {name: each.digest() for name, each in of_parts.items()}
     refuse_copies(digests.items(), recording.name)
     about = recording.metadata
@@ -112,7 +116,12 @@ def acquire(
         time=LogTime(start),
         has_assumed_unit=any(unit.is_assumed for unit in (about.accelerometer_unit, about.gyroscope_unit)),
     )
-    notices = (*counts.notices(), *temperatures.notices(), *stood_still(frozen, facts.time))
+    notices = (
+        *counts.notices(),
+        *temperatures.notices(),
+        *thermometer_notices(failed, facts.time),
+        *stood_still(frozen, facts.time),
+    )
     acquired = segmenter.finish()
     _say_what_was_read(recording.name, samples, duration, acquired, notices)
     return Imu(
@@ -124,6 +133,7 @@ def acquire(
         heads.twice(),
         next(iter(digests.values())),
         tuple(fault_of(each, about.triads) for each in stuck),
+        tuple(failed),
     )
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.thermometer import ThermometerFault
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.log_formats import stem_of
 from tumble.foundation.provenance import NO_LOG, LogFacts, log_digest
@@ -61,6 +62,8 @@ class Imu:
     """Digest of both sensors, as from `UnitHeads.digest`, of the first file."""
     stuck: tuple[ChannelFault, ...] = ()
     """Channels that repeated one reading for a while."""
+    thermometer: tuple[ThermometerFault, ...] = ()
+    """Stretches without a temperature."""
 
     @property
     def name(self) -> str:

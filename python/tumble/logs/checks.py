@@ -41,7 +41,7 @@ _SMALLEST_SPIKE: Mapping[Literal["accelerometer", "gyroscope"], float] = {
 }
 """SI: less does not affect a calibration."""
 _FEWEST_FOR_SPIKES = 100
-_LEAST_WARMING, _FASTEST_WARMING = 10.0, 5.0
+_LEAST_WARMING, FASTEST_WARMING = 10.0, 5.0
 """K, and K/s: what changes less, or slower, may be a sensor in an oven."""
 _PARTS_FOR_WARMING = 8
 
@@ -99,7 +99,7 @@ class Warming:
     def notices(self) -> tuple[str, ...]:
         """Reports warming faster than any sensor warms."""
         span, duration = self.high - self.low, self.last - self.first
-        if not (span > _LEAST_WARMING and span > _FASTEST_WARMING * duration):
+        if not (span > _LEAST_WARMING and span > FASTEST_WARMING * duration):
             return ()
         return (
             f"temperature changes by {span:.3g} K in {duration:.3g} s, faster than sensors do: check "

@@ -15,11 +15,12 @@ from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import open_joined, progress_of_log
 from tumble.acquisition.notices import correction_notice
 from tumble.acquisition.standstills import standstills
+from tumble.acquisition.thermometer import with_temperature
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
+from tumble.foundation.recording import RecordingSource, SampleProgress
 from tumble.foundation.results import Parameter
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.logs import ReadOptions
@@ -72,7 +73,7 @@ def thermal(
         units.append(unit)
         refuse_copies((each.name, each.digest) for each in units)
         recorder.begin_session()
-        _read(recording, recorder, sum(each.acquired.samples for each in units), progress)
+        _read(unit, recorder, sum(each.acquired.samples for each in units), progress)
     channels = [
         3 * TRIADS.index(triad) + k for triad in TRIADS if triad in first.metadata.triads for k in range(3)
     ]
@@ -144,6 +145,9 @@ def _refuse_unfit(unit: Imu) -> None:
         raise ProcedureError(fault, about=unit.name)
     if unit.acquired.temperature is None:
         raise ProcedureError(messages.NO_TEMPERATURE, about=unit.name)
+    for jump in unit.thermometer:
+        if jump.stays:
+            raise ProcedureError(f"{jump.line(unit.log.time)}; cut the log there", about=unit.name)
     refuse_if_damaged(unit.name, unit, unit.faults)
     # The segmenter rejects a drifting rest as a slow turn, so that rejected rests are evidence of rest.
     if not len(unit.acquired.rest_times) and not unit.acquired.rejected_rests:
@@ -153,14 +157,12 @@ def _refuse_unfit(unit: Imu) -> None:
         refuse_if_misread(unit.name, unit.acquired, STANDARD_GRAVITY)
 
 
-def _read(
-    recording: Recording, recorder: _core.ThermalRecorder, samples: int, progress: SampleProgress | None
-) -> None:
-    """Passes a log to the core; a triad that was not recorded is zero."""
-    triads = recording.metadata.triads
-    for part in recording.parts or (recording,):
+def _read(unit: Imu, recorder: _core.ThermalRecorder, samples: int, progress: SampleProgress | None) -> None:
+    """Passes a log to the core, where it has a temperature; a triad that was not recorded is zero."""
+    triads = unit.triads
+    for part in unit.recording.parts or (unit.recording,):
         for logged in part.chunks():
-            chunk = standstills(logged, triads).moving(logged)
+            chunk = with_temperature(standstills(logged, triads).moving(logged), unit.thermometer)
             if chunk.temperature is None:
                 continue
             nothing = np.zeros((len(chunk), 3))
