@@ -38,7 +38,7 @@ def written(found, axes, turn, path):
     return chunk
 
 
-def test_a_log_in_other_axes_is_corrected_as_the_one_of_the_calibration(tmp_path):
+def test_a_log_in_other_axes_is_corrected_as_that_of_calibration(tmp_path):
     flu = written(FLU, "FLU", np.eye(3), tmp_path / "flu.csv")
     frd = written(FLU, "FRD", TURN, tmp_path / "frd.csv")
     assert np.allclose(frd.accelerometer, flu.accelerometer @ TURN.T, atol=1e-9)
@@ -56,7 +56,7 @@ def test_nothing_is_turned_where_axes_agree_or_one_states_none(tmp_path, axes):
     )
 
 
-def test_a_procedure_that_corrects_first_takes_it_in_the_axes_of_the_log():
+def test_what_is_corrected_first_is_so_in_the_axes_of_the_log():
     log = recording("FRD", TURN)
     found = applied_first(FLU, log.metadata)
     assert found.axes == "FRD"
