@@ -16,6 +16,7 @@ from log_fixtures import of_one_unit
 from tumble import _core
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.recording import Chunk, Recording
+from tumble.procedures.noise.range_ends import RangeEnds
 from tumble.tools.simulate import simulate_static
 
 RATE = 100.0
@@ -165,3 +166,42 @@ def still_log(name, density, seed, samples=60_000, rate=100.0):
     )
     time = np.arange(samples) / rate
     return Recording.from_arrays(name, time, values[:, :3] + [0.0, 0.0, 9.8], values[:, 3:])
+
+
+def clipped(recording, channel, at, steps=None):
+    """The same samples, one channel rounded to `steps` of sigma, and cut off `at` so many from its mean."""
+    (chunk,) = recording.chunks()
+    values = np.hstack([chunk.accelerometer, chunk.gyroscope])
+    sigma = values[:, channel].std()
+    if steps is not None:
+        values[:, channel] = np.round(values[:, channel] / (steps * sigma)) * steps * sigma
+    end = values[:, channel].mean() + at * sigma
+    cut = np.minimum if at > 0.0 else np.maximum
+    values[:, channel] = cut(values[:, channel], end)
+    return Recording.from_arrays(recording.metadata.name, chunk.time, values[:, :3], values[:, 3:])
+
+
+@pytest.mark.parametrize("at", [-2.0, -0.5, 0.0, 1.0, 2.5])
+@pytest.mark.parametrize("steps", [None, 0.1])
+def test_noise_that_the_end_of_a_range_cuts_off_is_not_stated(at, steps):
+    """A rail at the mean took 40 % off N, and moved the mean by 0.4 sigma, without a word."""
+    result = tumble.noise(clipped(still_log("rail", 1e-3, seed=60), 2, at, steps))
+    cut = {channel.name for channel in result if not channel.term("white noise").observable}
+    assert cut == {"accelerometer z"}
+    assert "choose a larger range" in list(result)[2].term("white noise").reason
+
+
+@pytest.mark.parametrize("steps", [None, 0.1, 0.5, 1.0, 1.5, 3.0])
+@pytest.mark.parametrize("drift", [0.0, 20.0])
+def test_noise_within_its_range_is_not_taken_for_cut_off(steps, drift):
+    recording = still_log("whole", 1e-3, seed=61)
+    (chunk,) = recording.chunks()
+    values = np.hstack([chunk.accelerometer, chunk.gyroscope])
+    values += drift * values.std(axis=0) * np.sin(chunk.time / 100.0)[:, None]
+    if steps is not None:
+        step = steps * np.diff(values, axis=0).std(axis=0) / np.sqrt(2.0)
+        values = np.round(values / step) * step
+    ends = RangeEnds(6)
+    for block in np.array_split(values, 7):
+        ends.push(block)
+    assert ends.reached() == []

@@ -40,6 +40,10 @@ ROUNDED = (
     "not identifiable: the readings are rounded to steps coarser than the noise; log more digits, or choose "
     "a smaller range"
 )
+CLIPPED = (
+    "not identifiable: readings pile up at one value, the end of the range, which cuts the noise off; choose "
+    "a larger range, or turn this axis away from gravity"
+)
 
 
 def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterator[str]:

@@ -44,6 +44,8 @@ class _ReadOut(NamedTuple):
     figures: list[_core.NoiseFigures]
     still: StillPart
     changes: list[NoiseChange]
+    clipped: list[int]
+    """Numbers of the channels whose noise the end of their range cuts off."""
 
 
 def noise(
@@ -79,10 +81,15 @@ def noise(
         refuse_copies((each.name, each.digest) for each in units)
     still = [stillness(unit.recording, np.array(unit.acquired.rest_times)) for unit in units]
     read_out, disturbances = _without_disturbances(recordings, still, progress)
-    found, part, changes = read_out
+    found, part, changes, clipped = read_out
     coarse = {each.channel for unit in units for each in coarse_channels(unit.acquired, triads)}
     channels = tuple(
-        rounded(channel) if channel.name in coarse else channel for channel in channels_of(triads, found)
+        unshown(channel, messages.ROUNDED)
+        if channel.name in coarse
+        else unshown(channel, messages.CLIPPED)
+        if number in clipped
+        else channel
+        for number, channel in enumerate(channels_of(triads, found))
     )
     return NoiseResult(
         name=first.name,
@@ -139,7 +146,7 @@ def _read(
     still = StillSamples(recordings[0].metadata.triads, watch)
     for recording, times in zip(recordings, rests, strict=True):
         still.read(recording, times, progress)
-    return _ReadOut(*still.finish(), still.course.changes())
+    return _ReadOut(*still.finish(), still.course.changes(), still.range_ends.reached())
 
 
 def _disturbances(
@@ -246,11 +253,11 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
     )
 
 
-def rounded(channel: ChannelNoise) -> ChannelNoise:
-    """Returns a channel whose noise its readings do not show: they repeat until it has gone a step."""
+def unshown(channel: ChannelNoise, why: str) -> ChannelNoise:
+    """Returns a channel whose noise its readings do not show, as they repeat until it has gone a step."""
     return replace(
         channel,
-        terms=_unknown(channel.triad, messages.ROUNDED),
+        terms=_unknown(channel.triad, why),
         model=np.full(len(channel.model), math.nan),
         chi_square=math.nan,
         degrees_of_freedom=0,

@@ -72,7 +72,8 @@ class ChannelNoise(Tabular):
     """Time constant, s, of the sensor's own filter, where the shortest averages show one; else 0."""
     is_rounded: bool = False
     """Indicates whether the steps of the readings, or a dead band, are coarser than the noise (rounding.md,
-    eq. 1): the deviations are those of the readings, and may lie below those of the sensor."""
+    eq. 1), or the end of the range cuts it off (noise.md, eq. 34c): the deviations are those of the readings,
+    and may lie below those of the sensor."""
 
     @property
     def unit(self) -> str:

@@ -17,6 +17,7 @@ from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import Triad
 from tumble.procedures.noise import messages
 from tumble.procedures.noise.course import NoiseCourse
+from tumble.procedures.noise.range_ends import RangeEnds
 from tumble.procedures.noise.result import StillPart
 
 RestNumbers: TypeAlias = NDArray[np.int64]
@@ -32,6 +33,7 @@ class StillSamples:
     def __init__(self, triads: Sequence[Triad], watch: _core.NoiseWatch | None = None) -> None:
         self.record = _core.NoiseRecord(3 * len(triads))
         self.course = NoiseCourse()
+        self.range_ends = RangeEnds(3 * len(triads))
         self._watch = watch
         self._triads = triads
         self._logs = self._samples = self._used = self._stretches = self._gaps = 0
@@ -126,6 +128,7 @@ class StillSamples:
         if at_rest:
             self.record.push(values)
             self.course.push(values)
+            self.range_ends.push(values)
             self._in_stretch += rows.stop - rows.start
 
     def _end_stretch(self) -> None:
