@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
 
 import tumble
@@ -158,6 +159,31 @@ def test_errors_follow_the_sigmas_and_intervals_cover_the_truth():
         assert 1.0 - spread < np.sqrt(np.mean(score**2)) < 1.0 + spread, name
         assert abs(score.mean()) < 4.0 / np.sqrt(len(score)), name
         assert np.mean(np.abs(score) < INTERVAL) > 0.95 - 4.0 * np.sqrt(0.95 * 0.05 / len(score)), name
+
+
+def low_pass(values, rate_hz):
+    """A low-pass of the second order at 10 Hz, as settled at the first sample."""
+    return values[0] + lfilter(*butter(2, 10.0, fs=rate_hz), values - values[0], axis=0)
+
+
+def delayed(values, rate_hz):
+    """The same 20 ms late."""
+    late = round(0.02 * rate_hz)
+    return np.vstack([np.repeat(values[:1], late, axis=0), values[:-late]])
+
+
+@pytest.mark.parametrize("respond", [low_pass, delayed])
+@pytest.mark.parametrize(("unit", "triad"), [(1, 1), (1, 2), (0, 1), (0, 2)])
+def test_lever_arm_holds_where_one_sensor_has_a_filter(respond, unit, triad):
+    scores = []
+    for seed in range(700, 700 + repetitions(6)):
+        sensors = (Sensor(), drawn(seed, rate_hz=100.0))
+        arrays = [list(record(Motion(seed), sensor, 60.0, k)) for k, sensor in enumerate(sensors)]
+        arrays[unit][triad] = respond(arrays[unit][triad], sensors[unit].rate_hz)
+        first, second = (tumble.Recording.from_arrays(f"u{k}", *each) for k, each in enumerate(arrays))
+        error, sigma = errors(tumble.align(first, [second]).units[0], *sensors, 60.0)["lever arm"]
+        scores.extend(error / sigma)
+    assert np.sqrt(np.mean(np.square(scores))) < 1.8, scores
 
 
 @pytest.mark.parametrize("seed", range(6))

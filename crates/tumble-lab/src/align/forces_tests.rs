@@ -15,10 +15,14 @@ fn pair(seed: &[f64]) -> TrianglePair {
         primary: Triangle {
             mean: SVector::from_fn(|i, _| if i < 6 { seed[i] } else { products[i - 6] }),
             slope: SVector::from_fn(|i, _| seed[11 - i]),
+            curvature: SVector::from_fn(|i, _| seed[(i + 2) % 12]),
+            jerk: SVector::from_fn(|i, _| seed[(i + 7) % 12]),
         },
         secondary: Triangle {
             mean: SVector::from_fn(|i, _| seed[i + 3]),
             slope: SVector::from_fn(|i, _| seed[i + 5]),
+            curvature: SVector::from_fn(|i, _| seed[i + 1]),
+            jerk: SVector::from_fn(|i, _| seed[i + 4]),
         },
     }
 }
@@ -32,8 +36,21 @@ fn guess(seed: &[f64]) -> ForceUnknowns {
         angle: Vector3::new(seed[9], seed[10], seed[11]) * 0.02,
         stretch: SVector::from_fn(|i, _| 0.02 * seed[i]),
         stretchable: Matrix3::from_diagonal(&Vector3::new(1.0, 0.0, 1.0)),
-        delay: 1e-3 * seed[0],
         rate_bias: Vector3::new(seed[1], seed[2], seed[3]) * 0.1,
+        delays: SensorDelays {
+            secondary_force: 1e-3 * seed[0],
+            primary_rate: 1e-2 * seed[1],
+        },
+        averaged_at: SensorDelays {
+            secondary_force: 1e-3 * seed[2],
+            primary_rate: 1e-2 * seed[4],
+        },
+        response: ResponseTerms {
+            second: 0.1 * seed[5],
+            third: 0.1 * seed[7],
+        },
+        rate_second: 0.1 * seed[9],
+        bends: true,
     }
 }
 
@@ -59,6 +76,6 @@ proptest! {
         let w = rate_of(&pair.primary.mean) - guess.rate_bias;
         let change = rate_of(&pair.primary.slope);
         let expected = change.cross(&guess.arm) + w.cross(&w.cross(&guess.arm));
-        prop_assert!((guess.lever(&pair) * guess.arm - expected).norm() < 1e-12);
+        prop_assert!((guess.lever(&pair)[0] * guess.arm - expected).norm() < 1e-12);
     }
 }

@@ -20,6 +20,15 @@ impl RelativeClock {
     }
 }
 
+/// Times by which sensors are later than others of their unit, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SensorDelays {
+    /// The secondary's accelerometer against the clock that the gyroscopes give.
+    pub secondary_force: f64,
+    /// The primary's gyroscope against its accelerometer.
+    pub primary_rate: f64,
+}
+
 /// The primary over successive windows.
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -62,10 +71,38 @@ impl Grid {
 
     /// Pairs in which both units can be used.
     pub fn pairs(&self, secondary: &UnitSamples<'_>, clock: &RelativeClock) -> Vec<TrianglePair> {
-        let shown: Vec<f64> = self.edges.iter().map(|edge| clock.shown(*edge)).collect();
+        self.paired(&self.primary, secondary, clock, 0.0)
+    }
+
+    /// The same where the sensors of a unit are late against one another: the secondary is averaged at its
+    /// accelerometer's time, and the primary's rates at its gyroscope's.
+    pub fn pairs_with_delays(
+        &self,
+        primary: &UnitSamples<'_>,
+        secondary: &UnitSamples<'_>,
+        clock: &RelativeClock,
+        delays: SensorDelays,
+    ) -> Vec<TrianglePair> {
+        let later: Vec<f64> = self.edges.iter().map(|edge| edge + delays.primary_rate).collect();
+        let late = primary.windows_with_products(&later);
+        let windows = self.primary.iter().zip(late);
+        let ours: Vec<_> = windows
+            .map(|(window, late)| Some(late?.with_force_of(window.as_ref()?)))
+            .collect();
+        self.paired(&ours, secondary, clock, delays.secondary_force)
+    }
+
+    fn paired(
+        &self,
+        ours: &[Option<WindowMoments<WITH_PRODUCTS>>],
+        secondary: &UnitSamples<'_>,
+        clock: &RelativeClock,
+        delay: f64,
+    ) -> Vec<TrianglePair> {
+        let shown: Vec<f64> = self.edges.iter().map(|edge| clock.shown(*edge) + delay).collect();
         let theirs = secondary.windows(&shown);
         let length = self.length * (1.0 - clock.skew);
-        let windows = self.primary.windows(2).zip(theirs.windows(2)).enumerate();
+        let windows = ours.windows(2).zip(theirs.windows(2)).enumerate();
         windows
             .filter_map(|(k, (ours, theirs))| {
                 Some(TrianglePair {

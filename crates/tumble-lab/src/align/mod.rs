@@ -3,7 +3,8 @@
 //!
 //! [`samples`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
 //! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. Where the
-//! motion was about one axis, [`gravity`] finds what the rates leave open. [`robust`] solves both fits.
+//! motion was about one axis, [`gravity`] finds what the rates leave open. [`response`] holds what filters differ in; [`robust`]
+//! solves both fits.
 //! [`procedure`] takes these steps one by one.
 
 pub mod coarse;
@@ -13,6 +14,7 @@ pub mod gravity;
 pub mod grid;
 pub mod procedure;
 pub mod rates;
+pub mod response;
 pub mod robust;
 pub mod samples;
 mod settings;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::align::coarse::{self, Shift};
 use crate::align::error::AlignError;
-use crate::align::forces::{self, ForcesFit, OF_PRIORS};
+use crate::align::forces::{self, Averaged, ForcesFit, OF_PRIORS};
 use crate::align::gravity;
 use crate::align::grid::{Grid, RelativeClock, TrianglePair, edges, whole};
 use crate::align::rates::{self, RatesFit};
@@ -150,11 +150,12 @@ pub fn align(
     refuse_if_unlike(&best, &shifts)?;
     let start = refined(&grid, secondary, &found, settings)?;
     let (rotation, clock) = (start.rotation, start.clock);
-    let shortest = solved(start, best, grid.length, settings).ok_or(AlignError::Unsolvable)?;
+    let shortest = solved(start, best, &Averaged::new(&grid, primary, secondary), settings)
+        .ok_or(AlignError::Unsolvable)?;
     let longer = LONGER.iter().filter_map(|factor| {
         let grid = Grid::over(primary, factor * grid.length, BLOCKS);
         let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
-        solved(rates, best, grid.length, settings)
+        solved(rates, best, &Averaged::new(&grid, primary, secondary), settings)
     });
     let best = longer.fold(shortest, |best, other| {
         if other.uncertainty() < WORTH_IT * best.uncertainty() {
@@ -169,10 +170,15 @@ pub fn align(
 }
 
 /// Goes on from what the rates show to what the forces do.
-fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettings) -> Option<Aligned> {
+fn solved(
+    mut rates: RatesFit,
+    shift: Shift,
+    samples: &Averaged<'_>,
+    settings: &AlignSettings,
+) -> Option<Aligned> {
     let one_axis = !rates.unseen.is_empty();
     let across = gravity::turn_about_unseen(&mut rates);
-    let mut forces = forces::fit(&rates, settings)?;
+    let mut forces = forces::fit(&rates, samples, settings)?;
     let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
     // Without the rotation, the lever arm would be known in no frame.
     let is_shown = completed || !one_axis;
@@ -187,7 +193,7 @@ fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettin
         widened,
         correlation: shift.correlation,
         motion: shift.motion,
-        window,
+        window: samples.grid.length,
         rates,
         forces: is_shown.then_some(forces),
     })

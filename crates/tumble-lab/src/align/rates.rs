@@ -6,18 +6,24 @@ use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 use tumble_core::turntable::clock::LARGEST_SKEW;
 
 use crate::align::grid::{Grid, RelativeClock, TrianglePair};
+use crate::align::response::{ResponseTerms, is_shown, shared_noise};
 use crate::align::robust::{
-    GaussianPrior, ResidualRow, UnknownStep, covariance, covariance_of_neglected, scale_of, step,
+    GaussianPrior, ResidualRow, UnknownStep, covariance, covariance_of_neglected, covariance_of_shared_noise,
+    scale_of, step,
 };
 use crate::align::samples::{UnitSamples, rate_of};
 use crate::align::settings::AlignSettings;
 
-/// Rotation, stretch, bias, offset and skew of the clock.
-const UNKNOWNS: usize = 14;
+/// Rotation, stretch, bias, offset and skew of the clock, second order of the response.
+const UNKNOWNS: usize = 15;
 const STRETCH: usize = 3;
 const BIAS: usize = 9;
 const OFFSET: usize = 12;
 const SKEW: usize = 13;
+const SECOND: usize = 14;
+
+/// Unknowns that may be left out of the fit: stretch, and second order of the response.
+const NEGLECTED: usize = 7;
 
 const ROUNDS: usize = 20;
 /// Changes of rotation, rad, and offset, s, after which another round is not worth it.
@@ -142,6 +148,10 @@ struct RateUnknowns {
     stretchable: Matrix3<f64>,
     bias: Vector3<f64>,
     clock: RelativeClock,
+    /// Second order of the response, s^2.
+    second: f64,
+    /// True if the motion shows the second order of the response.
+    bends: bool,
 }
 
 /// Fits by Gauss and Newton, from a rotation and a clock that are roughly right (docs/theory/align.md, eq. 6, 7).
@@ -158,12 +168,15 @@ pub fn fit(
         stretchable: Matrix3::identity(),
         bias: Vector3::zeros(),
         clock,
+        second: 0.0,
+        bends: true,
     };
     let mut pairs = grid.pairs(secondary, &guess.clock);
     guess.bias = guess.mean_residual(&pairs);
     for _ in 0..ROUNDS {
         let scale = guess.scale(&pairs);
         guess.stretchable = guess.stretchable_at(&pairs, scale);
+        guess.bends = guess.bends_at(&pairs, scale, grid.length);
         let row = |k: usize| guess.row(&pairs[k]);
         let unseen = guess.unseen(&pairs, scale);
         let next = step(
@@ -207,10 +220,36 @@ impl RateUnknowns {
         residuals.sum::<Vector3<f64>>() * share
     }
 
+    /// Mean second derivative of what both units measure of the secondary's rate (docs/theory/align.md, eq. 21).
+    fn curvature(&self, pair: &TrianglePair) -> Vector3<f64> {
+        let ours = self.matrix() * rate_of(&pair.primary.curvature);
+        (rate_of(&pair.secondary.curvature) + ours) * 0.5 // eq. 21
+    }
+
+    /// 1-sigma of the second order before any data, s^2; the delay of a gyroscope's filter is part of the offset.
+    fn second_sigma(&self) -> f64 {
+        let response = ResponseTerms {
+            second: self.second,
+            third: 0.0,
+        };
+        response.sigma(0.0).0 // eq. 20
+    }
+
+    fn bends_at(&self, pairs: &[TrianglePair], scale: f64, window: f64) -> bool {
+        let sigma = self.second_sigma();
+        is_shown(
+            pairs.iter().map(|pair| self.curvature(pair)),
+            scale,
+            window,
+            sigma,
+        )
+    }
+
     fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
-        let turned = self.rotation * rate_of(&pair.primary.mean);
+        let half = 0.5 * self.second;
+        let turned = self.rotation * (rate_of(&pair.primary.mean) + rate_of(&pair.primary.curvature) * half);
         let stretched = self.stretched();
-        let predicted = stretched * turned + self.bias; // eq. 6
+        let predicted = stretched * turned + self.bias + rate_of(&pair.secondary.curvature) * half; // eq. 6, 21
         let slope = rate_of(&pair.secondary.slope);
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         design
@@ -222,14 +261,20 @@ impl RateUnknowns {
             .copy_from(&Matrix3::identity()); // eq. 6: db
         design.set_column(OFFSET, &slope); // eq. 6: d tau
         design.set_column(SKEW, &(slope * (pair.time - self.clock.reference))); // eq. 6: d kappa
+        if self.bends {
+            design.set_column(SECOND, &self.curvature(pair)); // eq. 21: d gamma
+        }
         (design, rate_of(&pair.secondary.mean) - predicted)
     }
 
-    /// Derivative by the stretch that is not fitted, for it acts on little more than noise.
-    fn neglected(&self, pair: &TrianglePair) -> SMatrix<f64, 3, 6> {
+    /// Derivative by the stretch and second order of the response that are not fitted, for they act on little more than noise.
+    fn neglected(&self, pair: &TrianglePair) -> SMatrix<f64, 3, NEGLECTED> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
-        let mut design = SMatrix::zeros();
+        let mut design = SMatrix::<f64, 3, NEGLECTED>::zeros();
         set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
+        if !self.bends {
+            design.set_column(NEGLECTED - 1, &self.curvature(pair));
+        }
         design
     }
 
@@ -262,7 +307,9 @@ impl RateUnknowns {
         sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
         sigma[OFFSET] = 2.0 * window;
         sigma[SKEW] = if settings.one_clock { NO_SKEW } else { LARGEST_SKEW };
+        sigma[SECOND] = self.second_sigma();
         let mut missing = SVector::<f64, UNKNOWNS>::zeros();
+        missing[SECOND] = -self.second;
         missing.fixed_rows_mut::<6>(STRETCH).copy_from(&-self.stretch);
         missing.fixed_rows_mut::<3>(BIAS).copy_from(&-self.bias);
         missing[OFFSET] = start.offset - self.clock.offset;
@@ -282,6 +329,7 @@ impl RateUnknowns {
         self.bias += by.fixed_rows::<3>(BIAS);
         self.clock.offset += by[OFFSET].clamp(-window, window);
         self.clock.skew += by[SKEW];
+        self.second += by[SECOND];
     }
 
     fn finish(
@@ -297,10 +345,14 @@ impl RateUnknowns {
         let prior = self.prior(start, &unseen, grid.length, settings);
         let deviance = step(pairs.len(), row, &prior)?.deviance;
         let neglected = |k: usize| self.neglected(&pairs[k]);
-        let sigma = settings.stretch_sigma();
+        let sigma = settings.stretch_sigma().push(self.second_sigma());
         let spread = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior, CONSTANT)?;
-        let covariance =
+        let mut covariance =
             spread.covariance + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
+        if self.bends {
+            let shared = 3.0 * shared_noise(scale, grid.length);
+            covariance += covariance_of_shared_noise(pairs.len(), row, SECOND, shared, scale, &prior)?;
+        }
         let matrix = self.matrix();
         let slopes = pairs
             .iter()

@@ -12,10 +12,14 @@ fn pair(seed: &[f64]) -> TrianglePair {
         primary: Triangle {
             mean: SVector::from_fn(|i, _| seed[i]),
             slope: SVector::from_fn(|i, _| seed[11 - i]),
+            curvature: SVector::from_fn(|i, _| seed[(i + 2) % 12]),
+            jerk: SVector::from_fn(|i, _| seed[(i + 7) % 12]),
         },
         secondary: Triangle {
             mean: SVector::from_fn(|i, _| seed[i + 3]),
             slope: SVector::from_fn(|i, _| seed[i + 5]),
+            curvature: SVector::from_fn(|i, _| seed[i + 1]),
+            jerk: SVector::from_fn(|i, _| seed[i + 4]),
         },
     }
 }
@@ -31,6 +35,8 @@ fn guess(seed: &[f64]) -> RateUnknowns {
             skew: 1e-5,
             reference: 10.0,
         },
+        second: 0.1 * seed[5],
+        bends: true,
     }
 }
 

@@ -234,6 +234,28 @@ fn largest_step<const N: usize, const M: usize>(
     (tried * chi_square_tail(statistic, freedom) < BY_CHANCE).then_some((step, pulled))
 }
 
+/// Covariance due to noise that residuals share with the derivative by an unknown (docs/theory/align.md, eq. 20): `shared` is the
+/// largest sum of the products of both in a row. Which unit has it is open, so that it may be anything from minus that to that.
+pub fn covariance_of_shared_noise<const N: usize>(
+    count: usize,
+    row: impl Fn(usize) -> ResidualRow<N>,
+    unknown: usize,
+    shared: f64,
+    scale: f64,
+    prior: &GaussianPrior<N>,
+) -> Option<SMatrix<f64, N, N>> {
+    let mut normal = prior.precision;
+    let mut right = SVector::<f64, N>::zeros();
+    for k in 0..count {
+        let (design, residual) = row(k);
+        let share = weight(residual.norm_squared() / (scale * scale)) / (scale * scale);
+        normal += design.tr_mul(&design) * share; // eq. 7
+        right[unknown] += shared * share;
+    }
+    let pulled = Cholesky::<f64, Const<N>>::new(normal)?.solve(&right); // eq. 20
+    Some(pulled * pulled.transpose() / 3.0) // eq. 20: variance of a uniform number
+}
+
 /// Covariance due to unknowns that are not fitted (docs/theory/align.md, eq. 12): `neglected` is the derivative of the
 /// model by them, `sigma` their standard deviation.
 pub fn covariance_of_neglected<const N: usize, const K: usize>(

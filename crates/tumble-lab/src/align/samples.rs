@@ -48,14 +48,32 @@ pub struct Triangle<const N: usize> {
     pub mean: SVector<f64, N>,
     /// Mean of the derivative in time (docs/theory/align.md, eq. 3).
     pub slope: SVector<f64, N>,
+    /// Mean of the second derivative under a cubic bell over the same windows (docs/theory/align.md, eq. 19).
+    pub curvature: SVector<f64, N>,
+    /// Mean of the third derivative under a quartic bell over the same windows (docs/theory/align.md, eq. 19).
+    pub jerk: SVector<f64, N>,
+}
+
+impl<const N: usize> WindowMoments<N> {
+    /// The same window with the specific force of another.
+    pub fn with_force_of(mut self, other: &Self) -> Self {
+        for channel in 3..MEASURED {
+            self.mean[channel] = other.mean[channel];
+            self.moment[channel] = other.moment[channel];
+        }
+        self
+    }
 }
 
 impl<const N: usize> Triangle<N> {
     /// Over a window and the following one, both `length` s long.
     pub fn over(first: &WindowMoments<N>, second: &WindowMoments<N>, length: f64) -> Self {
+        let (rise, moments) = (second.mean - first.mean, first.moment + second.moment);
         Self {
             mean: (first.mean + second.mean) * 0.5 + first.moment - second.moment, // eq. 2
-            slope: (second.mean - first.mean) / length,                            // eq. 3
+            slope: rise / length,                                                  // eq. 3
+            curvature: (second.moment - first.moment) * (12.0 / length.powi(2)),   // eq. 19
+            jerk: (moments * 90.0 - rise * 15.0) / length.powi(3),                 // eq. 19
         }
     }
 }
