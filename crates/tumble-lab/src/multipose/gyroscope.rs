@@ -25,7 +25,8 @@ const SCALES: (i32, f64) = (63, 1.04);
 /// Number of turns that separate one scale from another.
 const ENOUGH_TURNS: usize = 16;
 
-/// Change of weights, and of variances as a share of them, below which a round changes nothing.
+/// Change of weights, of variances as a share of them, and of attitudes, rad, below which a round changes nothing: the Earth's
+/// rotation seen from an attitude that is wrong by so much is wrong by 7e-8 rad/s.
 const SETTLED: f64 = 1e-3;
 
 /// Median angle between gravity as turned and as found, rad, beyond which no gyroscope of this unit read this.
@@ -214,10 +215,13 @@ pub fn fit_rates(data: &Rotations) -> Result<RotationsFit, MultiposeError> {
         let noise = noise.ok_or(MultiposeError::Unsolvable)?;
         let solved = minimise(x.clone(), |x| data.whitened(x, &noise));
         x = solved.ok_or(MultiposeError::Unsolvable)?.x;
-        turned = data.turned(&x).ok_or(MultiposeError::Unsolvable)?;
+        let turned_before =
+            std::mem::replace(&mut turned, data.turned(&x).ok_or(MultiposeError::Unsolvable)?);
+        let moved = turned.iter().zip(&turned_before).map(|(a, b)| a.angle_to(b));
         let found = data.weights(&turned);
         let change = found.iter().zip(&weights).map(|(a, b)| (a - b).abs());
-        let settled = change.fold(0.0, f64::max) < SETTLED;
+        // The Earth's rotation at rests is taken from the attitudes of the round before.
+        let settled = change.chain(moved).fold(0.0, f64::max) < SETTLED;
         weights = found;
         let before = excess;
         excess = data.add_excess(&x, &turned, &weights, &before);
