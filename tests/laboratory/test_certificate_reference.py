@@ -8,18 +8,22 @@ import numpy as np
 import pytest
 
 import certified_references
-from made_up_certificates import certificate
-from tumble import Calibration
+from made_up_calibrations import made_up, save
+from made_up_certificates import certificate, options, with_covariance
+from tumble import Calibration, Registry
 from tumble.calibration.reference_certificate import ReferenceCertificate, read_reference_certificate
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.results import TriadName
 from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.issue import numbered
 from tumble.laboratory.certificate.model import Item, SensorModel
+from tumble.laboratory.certificate.numbering import Pattern
 from tumble.laboratory.certificate.pdf import pdf_of
+from tumble.laboratory.certificate.record import Rendered, issue, withdraw
 from tumble.laboratory.certificate.signature import sign
 from tumble.laboratory.certificate.signing_key import load_key, make_key
 from tumble.tools.simulate import write_turntable
-from turntable_sessions import simulate, typed
+from turntable_sessions import one_line, simulate, typed
 
 TRIADS: tuple[TriadName, ...] = ("accelerometer", "gyroscope")
 
@@ -170,3 +174,84 @@ def test_numbers_of_no_reference_are_refused_in_a_line(issued, tmp_path, change,
             read_reference_certificate(path)
         assert str(caught.value).startswith(f"{path}: accelerometer: ")
         assert "\n" not in str(caught.value)
+
+
+@pytest.fixture
+def on_record(issued, tmp_path, monkeypatch):
+    """A registry that issued the certificate of the reference, and a session of that reference."""
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(7, grades=("industrial",)), tmp_path / "session")
+    registry = Registry.create(tmp_path / "lab.db")
+    save(tmp_path / "units", with_covariance(made_up(serial="SIM-7-0", log="SIM-7-0")))
+    identity = registry.add(tmp_path / "units")[0].identity
+
+    def rendered(number):
+        stated = numbered(issued, number)
+        return Rendered(number, pdf_of(stated, dcc_of(stated)), dcc_of(stated))
+
+    given = issue(registry, Pattern("REF-{n:02}"), issued.issued, [identity], rendered)
+    (tmp_path / "reference.xml").write_bytes(given.xml)
+    (tmp_path / "reference.pdf").write_bytes(given.pdf)
+    return registry, given, lambda number: issue(
+        *(registry, Pattern("REF-{n:02}"), issued.issued, [identity], rendered), supersedes=number
+    )
+
+
+def turned_with(name, *words):
+    return typed(
+        *("turntable", "session/reference.csv", "session/target_1.csv", "--gravity", "9.80665"),
+        *("--reference-certificate", name, *words, "-o", "results"),
+    )
+
+
+def test_a_reference_certificate_withdrawn_since_is_refused(on_record, tmp_path):
+    registry, given, _ = on_record
+    for name in ("reference.xml", "reference.pdf"):
+        done = turned_with(name, "--registry", "lab.db", "--operator", "Ann")
+        assert done.code == 0, done.err
+        assert "issued, and not withdrawn since, by the registry\n" in done.err
+    withdraw(registry, given.number, "the table was loose")
+    stated = json.loads(read_reference_certificate("reference.xml").certificate.model_dump_json(by_alias=True))
+    certified_references.written(tmp_path / "reference.yaml", **stated)
+    for name in ("reference.xml", "reference.pdf", "reference.yaml"):
+        done = turned_with(name, "--registry", "lab.db")
+        assert (done.code, done.out) == (2, "")
+        line = one_line(done.err)
+        assert f"{name}: certificate REF-01 was withdrawn on" in line
+        assert line.endswith("the table was loose; calibrate with a certificate of the reference that holds")
+    done = turned_with("reference.xml")
+    assert "no registry was given, which knows whether it was withdrawn; give --registry" in done.err
+
+
+def test_a_result_of_a_withdrawn_reference_is_not_certified(on_record):
+    registry, given, _ = on_record
+    assert turned_with("reference.xml", "--registry", "lab.db", "--operator", "Ann").code == 0
+    withdraw(registry, given.number, "the table was loose")
+    words = ("certificate", "results", *options(), "--registry", "lab.db")
+    done = typed(*words)
+    assert (done.code, done.out) == (2, "")
+    assert "of its reference, certificate REF-01 was withdrawn" in one_line(done.err)
+
+
+def test_a_superseded_or_edited_reference_is_refused(on_record, tmp_path):
+    _, given, superseding = on_record
+    edited = given.xml.replace(b"Acme", b"Acne")
+    assert edited != given.xml
+    (tmp_path / "edited.xml").write_bytes(edited)
+    done = turned_with("edited.xml", "--registry", "lab.db")
+    assert done.code == 2
+    assert "certificate REF-01 is another file in the registry; give that of" in one_line(done.err)
+    superseding(given.number)
+    done = turned_with("reference.xml", "--registry", "lab.db")
+    assert done.code == 2
+    assert "certificate REF-01 was superseded by REF-02" in one_line(done.err)
+
+
+def test_a_number_of_another_laboratory_is_not_on_record(on_record, tmp_path):
+    registry, given, _ = on_record
+    withdraw(registry, given.number, "the table was loose")
+    reference = {"manufacturer": "Acme", "model": "R-9"}
+    certified_references.written(tmp_path / "other.yaml", number=given.number, reference=reference)
+    done = turned_with("other.yaml", "--registry", "lab.db")
+    assert done.code == 0, done.err
+    assert "holds no such certificate; ask the laboratory whether it still holds\n" in done.err

@@ -32,6 +32,7 @@ from tumble.laboratory.certificate.model import (
     Party,
 )
 from tumble.laboratory.certificate.quantities import models_of, quantities_of
+from tumble.laboratory.certificate.standing import standing_in
 from tumble.laboratory.registry import SHORT, Registry, UnitFacts
 from tumble.laboratory.results import SIMPLE, Result, read_results, runs_of
 
@@ -92,6 +93,14 @@ def results_in_registry(
     registry: Registry, places: Iterable[str], condition: Condition, facts: UnitFacts, who: str
 ) -> Iterator[CollectedResult]:
     """Read results from a registry, to which those in folders and files are added; raises `TumbleError`."""
+    for each in _of_registry(registry, places, condition, facts, who):
+        _check_reference(registry, each.result)
+        yield each
+
+
+def _of_registry(
+    registry: Registry, places: Iterable[str], condition: Condition, facts: UnitFacts, who: str
+) -> Iterator[CollectedResult]:
     for place in places:
         if exists(Path(place)):
             # A result on record stays as it is: one without what is needed must not get there.
@@ -174,6 +183,15 @@ def _check(result: Result, *, is_on_record: bool = False) -> None:
             f"{about}: the result holds no value with an uncertainty; calibrate by turntable, multipose, "
             "spin or redundancy"
         )
+
+
+def _check_reference(registry: Registry, result: Result) -> None:
+    """Raise `TumbleError` where the certificate of its reference was withdrawn since."""
+    reference = result.calibration.reference
+    if reference is None or reference.certificate is None:
+        return
+    if fault := standing_in(registry, reference.certificate).fault:
+        raise TumbleError(f"{result.source}: no certificate: of its reference, {fault}")
 
 
 def _ordered(serial: str, own: Sequence[CollectedResult]) -> list[CollectedResult]:

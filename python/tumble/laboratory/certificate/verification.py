@@ -68,10 +68,15 @@ def check(path: Path, signers: Sequence[x509.Certificate], registry: Registry | 
 
 def _fault_on_record(row: dict[str, Any], content: bytes, is_pdf: bool) -> str:
     """Return the reason why a file does not hold by the registry; empty where it does."""
-    if row["state"] == "withdrawn":
-        return f"certificate {row['number']} was withdrawn on {row['withdrawn'][:10]}: {row['reason']}"
-    if row["state"] != "issued":
-        return f"certificate {row['number']} was {row['state']}"
+    if fault := fault_of_state(row):
+        return fault
     if hashlib.sha256(content).hexdigest() != row["pdf" if is_pdf else "xml"]:
         return f"certificate {row['number']} is another file in the registry"
     return ""
+
+
+def fault_of_state(row: dict[str, Any]) -> str:
+    """Return the reason why a certificate on record does not hold; empty where it does."""
+    if row["state"] == "withdrawn":
+        return f"certificate {row['number']} was withdrawn on {row['withdrawn'][:10]}: {row['reason']}"
+    return "" if row["state"] == "issued" else f"certificate {row['number']} was {row['state']}"

@@ -30,6 +30,8 @@ class CertifiedReference:
     sha256: str = ""
     signature: str = ""
     """Outcome of the verification of its signature; empty where it was read by others."""
+    standing: str = ""
+    """Answer of the registry whether it was withdrawn; empty where none was asked."""
     walks: Mapping[str, float] = field(default_factory=dict)
     """Variance a year of parameters of the reference, for a drift that the certificate does not state."""
 
@@ -70,9 +72,10 @@ class CertifiedReference:
         )
 
     @property
-    def remark(self) -> str:
-        """States whether its signature was verified."""
-        return f"certificate {self.certificate.number} of the reference: {self.signature}"
+    def remarks(self) -> list[str]:
+        """Statements on its signature, and on whether it was withdrawn."""
+        about = f"certificate {self.certificate.number} of the reference"
+        return [f"{about}: {each}" for each in (self.signature, self.standing) if each]
 
     def refuse_other_model(self, model: str) -> None:
         """Raises `CalibrationFileError` where it is of another model; an empty one is not known."""

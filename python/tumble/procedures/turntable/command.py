@@ -139,7 +139,7 @@ def turntable_command(
         found = _found(units, folder, poses, wanted, read)
         production, remarks = _production(units[0], folder, poses, found, wanted, read, calibrating, gravity)
         if not voice.quiet:
-            _remark([*([certified.remark] if certified else []), *remarks])
+            _remark([*(certified.remarks if certified else []), *remarks])
         well = _run(production, found.targets, voice, viewers, read, live=live.live)
     end_unless(well and (recorded is None or recorded.is_all))
 

@@ -12,7 +12,7 @@ import typer
 from tumble.cli.options import Options
 from tumble.cli.registry_option import laboratory, registry_in_use
 from tumble.cli.shared_options import JobsOption
-from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.errors import CalibrationFileError, ProcedureError, TumbleError
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 SIX_FACES_WORD = "six-faces"
 NO_POSES = "none"
+_NOT_ASKED = "no registry was given, which knows whether it was withdrawn; give --registry, or ask the laboratory"
 
 
 class TruthOption(str, Enum):
@@ -138,8 +139,16 @@ class ReferenceOptions(Options):
                 "give one of them"
             )
         found = CertifiedReference.of(self.reference_certificate, self.reference_signer)
+        if found is None:
+            return None
         address = registry_in_use()
-        if found is None or not address or not found.certificate.leaves_drift_open:
+        if not address:
+            return replace(found, standing=_NOT_ASKED)
+        answer = laboratory("certificate.standing").standing_of(address, found.facts)
+        if answer.fault:
+            raise CalibrationFileError(answer.fault, about=found.about)
+        found = replace(found, standing=answer.sentence)
+        if not found.certificate.leaves_drift_open:
             return found
         serial = found.certificate.reference.serial
         walks = laboratory("reference_drift").walks_of(address, serial) if serial else {}
