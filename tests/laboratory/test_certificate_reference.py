@@ -192,8 +192,12 @@ def on_record(issued, tmp_path, monkeypatch):
     given = issue(registry, Pattern("REF-{n:02}"), issued.issued, [identity], rendered)
     (tmp_path / "reference.xml").write_bytes(given.xml)
     (tmp_path / "reference.pdf").write_bytes(given.pdf)
-    return registry, given, lambda number: issue(
-        *(registry, Pattern("REF-{n:02}"), issued.issued, [identity], rendered), supersedes=number
+    return (
+        registry,
+        given,
+        lambda number: issue(
+            *(registry, Pattern("REF-{n:02}"), issued.issued, [identity], rendered), supersedes=number
+        ),
     )
 
 
@@ -211,7 +215,9 @@ def test_a_reference_certificate_withdrawn_since_is_refused(on_record, tmp_path)
         assert done.code == 0, done.err
         assert "issued, and not withdrawn since, by the registry\n" in done.err
     withdraw(registry, given.number, "the table was loose")
-    stated = json.loads(read_reference_certificate("reference.xml").certificate.model_dump_json(by_alias=True))
+    stated = json.loads(
+        read_reference_certificate("reference.xml").certificate.model_dump_json(by_alias=True)
+    )
     certified_references.written(tmp_path / "reference.yaml", **stated)
     for name in ("reference.xml", "reference.pdf", "reference.yaml"):
         done = turned_with(name, "--registry", "lab.db")

@@ -48,15 +48,16 @@ def drained(units):
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts dropped datagrams by socket")
 def test_datagrams_that_the_system_drops_are_counted(simulated_clock):
     port = free_port()
-    with open_set([f"a=udp://127.0.0.1:{port}"]) as units:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-            for number in range(60_000):
-                line.sendto(datagram(number), ("127.0.0.1", port))
+    with (
+        open_set([f"a=udp://127.0.0.1:{port}"]) as units,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line,
+    ):
+        for number in range(60_000):
+            line.sendto(datagram(number), ("127.0.0.1", port))
         came = drained(units)
         # The count comes with the next datagram that is not dropped.
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-            for number in range(60_000, 60_020):
-                line.sendto(datagram(number), ("127.0.0.1", port))
+        for number in range(60_000, 60_020):
+            line.sendto(datagram(number), ("127.0.0.1", port))
         came += drained(units)
         (loss,) = units.losses
     # Four stamps after a leap of minutes are left out until a fifth bears them out.

@@ -138,11 +138,11 @@ def test_a_line_is_let_go_of_after_an_error():
             raise RuntimeError
 
 
-def datagrams(source, port, pieces, host="127.0.0.1"):
+def datagrams(source, port, pieces, host="127.0.0.1", own_port=0):
     """Sends datagrams one by one, each read before the next is sent, so that none is lost."""
     chunks = iter(source)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.bind((host, 0))
+        sender.bind((host, own_port))
         for piece in pieces:
             sender.sendto(piece, ("127.0.0.1", port))
             chunk = next(chunks)
@@ -161,12 +161,12 @@ def test_samples_come_over_udp_as_lines_or_json():
 
 
 def test_first_of_two_senders_is_read_and_the_other_counted():
-    port = free_port()
+    port, own_port = free_port(), free_port()
     pieces = text_lines(TABLE).splitlines()
     with open_source(f"udp://127.0.0.1:{port}") as source:
-        first = list(datagrams(source, port, pieces[:60]))
+        first = list(datagrams(source, port, pieces[:60], own_port=own_port))
         assert not len(np.concatenate(list(datagrams(source, port, pieces[:5], host="127.0.0.2"))))
-        rest = list(datagrams(source, port, pieces[60:]))
+        rest = list(datagrams(source, port, pieces[60:], own_port=own_port))
         assert np.array_equal(np.concatenate(first + rest), TABLE)
         assert "left out 5 datagrams not from 127.0.0.1" in source.remarks
 

@@ -182,6 +182,11 @@ class LabelChoice:
             self.label, self.prefix, self._holds_all = previous.label, previous.prefix, previous._holds_all
             self._is_open = previous._is_open
 
+    @property
+    def keeps(self) -> bool:
+        """Indicates whether rows are kept back, of whatever unit, where none is wanted."""
+        return self._wanted is None and bool(self._kept)
+
     def mine(self, rows: Sequence[LabelledRow]) -> list[LabelRow]:
         """Returns those of the unit, with those of before once it is decided which they are.
 

@@ -149,6 +149,15 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         field = None if kind.magnetometer_unit is None else magnetic_of(messages, kind).field
         return Readings(samples_of(messages, kind), magnetic=field), self._facts(self._chosen)
 
+    @property
+    def _keeps(self) -> bool:
+        """See `LineUnit`."""
+        return self._chosen is None and bool(self._heard)
+
+    def _concerns(self, part: MavlinkMessage) -> bool:
+        """See `LineUnit`."""
+        return self._sender(part) is not None
+
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Returns the messages of the chosen sender; keeps them back until there is one."""
         mine = []

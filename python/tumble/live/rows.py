@@ -172,6 +172,11 @@ class RowReader:
         return self._layout.columns
 
     @property
+    def keeps(self) -> bool:
+        """Indicates whether rows are kept back until their layout is known."""
+        return bool(self._unnamed)
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """Notices for the user on how rows were read."""
         notices = () if self._layout is None else self._layout.notices

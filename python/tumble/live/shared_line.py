@@ -14,6 +14,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.conditioning import ConditionedSource
+from tumble.live.one_sender import OneSender, Piece
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.live.transport import Transport
@@ -48,7 +49,8 @@ class LineUnit(ConditionedSource, Generic[Part]):
         self.wanted = one_name(address.text, address.unit, options.topic)
         """Name of the unit, where one was given."""
         self._refusal: LogError | None = None
-        self._waiting: list[Part] = []
+        self._waiting: list[Piece[Part]] = []
+        self._one = OneSender[Part](self._concerns)
         self._arrival = 0.0
 
     @property
@@ -64,7 +66,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
     @property
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
-        return (*self._conditioner.notices, *self.line.notices)
+        return (*self._conditioner.notices, *self._one.notices, *self.line.notices)
 
     def __enter__(self) -> LineUnit[Part]:
         self._refusal = None
@@ -95,7 +97,8 @@ class LineUnit(ConditionedSource, Generic[Part]):
 
     def _count_cut_off(self) -> None:
         """Counts samples of after a restart that were received for another unit of the line."""
-        parts, self._waiting = self._waiting, []
+        pieces, self._waiting = self._waiting, []
+        parts = self._one.own(pieces)
         with suppress(LogError):
             if self._conditioner.refusal is not None and parts and (found := self._readings(parts)):
                 self._conditioner.cut_off += len(found[0])
@@ -103,17 +106,31 @@ class LineUnit(ConditionedSource, Generic[Part]):
     def _taken(self) -> LiveChunk:
         if not self._waiting:
             self.line.receive()
-        parts, self._waiting = self._waiting, []
-        found = self._readings(parts) if parts else None
-        if found is None:
-            return self._conditioner.due()
-        self.line.prove(self._arrival)
-        return self._conditioner.take(*found, self._arrival)
+        pieces, self._waiting = self._waiting, []
+        for sender, parts in self._one.candidates(pieces, self._arrival, PROVEN_FOR):
+            found = self._readings(parts)
+            if found is None and not self._keeps:
+                continue
+            self._one.take(sender, pieces, self._arrival)
+            if found is None:
+                break
+            self.line.prove(self._arrival)
+            return self._conditioner.take(*found, self._arrival)
+        return self._conditioner.due()
 
-    def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
-        """Adds samples of all its units that came over the line at `arrival`, s of `clock.now()`."""
-        self._waiting += parts
+    def hand_over(self, pieces: Sequence[Piece[Part]], arrival: float) -> None:
+        """Adds messages for all its units that came over the line at `arrival`, s of `clock.now()`."""
+        self._waiting += pieces
         self._arrival = arrival
+
+    @property
+    def _keeps(self) -> bool:
+        """Indicates whether parts are kept back that are to be samples of this unit."""
+        return False
+
+    def _concerns(self, part: Part) -> bool:
+        """Returns whether a part may be a sample of this unit, and of no other one."""
+        return True
 
     @abstractmethod
     def _readings(self, parts: Sequence[Part]) -> tuple[Readings, StreamFacts] | None:
@@ -175,20 +192,20 @@ class SharedLine(ABC, Generic[Part]):
         Raises `LogError` where the line is lost, `EOFError` where it is at its end.
         """
         try:
-            if parts := self._come():
+            if pieces := self._come():
                 arrival = clock.now()
                 for unit in self.units:
-                    unit.hand_over(parts, arrival)
+                    unit.hand_over(pieces, arrival)
         except (LogError, EOFError):
             self.lost = True
             raise
 
-    def _come(self) -> list[Part]:
+    def _come(self) -> list[Piece[Part]]:
         """Reads all waiting bytes: of messages that come one by one, all that have piled up.
 
         Where more piles up than that, messages of senders that never sent a sample stay unread.
         """
-        parts: list[Part] = []
+        pieces: list[Piece[Part]] = []
         self._senders, shed = set(), 0
         proven = self._proven_of_late() if self._has_piled_up else set()
         taken, most = 0, MOST_AT_ONCE if self.transport.whole else 1
@@ -199,10 +216,11 @@ class SharedLine(ABC, Generic[Part]):
                 continue
             taken += 1
             self._senders.add(sender)
-            parts += self._parts(piece)
+            if parts := self._parts(piece):
+                pieces.append(Piece(sender, parts))
         self._has_piled_up = taken == most or shed == MOST_SHED
         self._shed += shed
-        return parts
+        return pieces
 
     def _proven_of_late(self) -> set[object]:
         now = clock.now()

@@ -9,7 +9,7 @@ from typing import cast
 from tumble.foundation.errors import LogError
 from tumble.foundation.words import join
 from tumble.live.address import STANDARD_INPUT, Address, host_and_port
-from tumble.live.labels import LabelChoice, LabelledRow, LabelReader
+from tumble.live.labels import FOR_ALL, UNLABELLED, LabelChoice, LabelledRow, LabelReader
 from tumble.live.lines import LONGEST_LINE, LineSplitter
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.ros_echo import EchoedMessages
@@ -162,6 +162,15 @@ class TextUnit(LineUnit[LabelledRow]):
         self._rows.prefix = self._choice.prefix
         readings = self._rows.read(rows)
         return None if readings is None else (readings, self._facts())
+
+    @property
+    def _keeps(self) -> bool:
+        """See `LineUnit`."""
+        return self._rows.keeps or self._choice.keeps
+
+    def _concerns(self, part: LabelledRow) -> bool:
+        """See `LineUnit`."""
+        return self.wanted is None or part.label in (UNLABELLED, FOR_ALL, self.wanted)
 
     def _facts(self) -> StreamFacts:
         columns = self._rows.columns

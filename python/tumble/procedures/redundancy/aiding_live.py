@@ -134,5 +134,5 @@ class _AidingLine(LineUnit[LabelledRow]):
         return self._rows, self._arrival
 
     def _readings(self, parts: Sequence[LabelledRow]) -> tuple[Readings, StreamFacts] | None:
-        self._rows = [part.row for part in parts]
+        self._rows += [part.row for part in parts]
         return None

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 SIX_FACES_WORD = "six-faces"
 NO_POSES = "none"
-_NOT_ASKED = "no registry was given, which knows whether it was withdrawn; give --registry, or ask the laboratory"
+_NOT_ASKED = (
+    "no registry was given, which knows whether it was withdrawn; give --registry, or ask the laboratory"
+)
 
 
 class TruthOption(str, Enum):
