@@ -27,6 +27,7 @@ CRYSTAL: float
 """1 sigma of the pace of a crystal, relative."""
 
 RESPONSE_FALSE_ALARM: float
+MOST_LEFT_OUT: float
 """Chance of fitting a gyroscope's response to specific force where it has none."""
 
 class CoreError(Exception):
@@ -369,6 +370,7 @@ def magnetometer_turned(
     strength: float | None = None,
     strength_sigma: float = 0.0,
 ) -> MagnetometerFigures: ...
+def magnetometer_range_ends(field: FloatArray) -> FloatArray: ...
 
 class TargetMagnetometerFigures(TypedDict):
     """A magnetometer of a target of a turntable, uT; `strength` is a value with its sigma.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,3 +87,29 @@ def test_a_reference_without_magnetometer_is_reported() -> None:
     assert target.magnetometer is None
     assert target.verdict == "calibrated"
     assert any("the log of the reference has none" in warning for warning in target.warnings)
+
+
+def clipped(recording: tumble.Recording, share: float) -> tumble.Recording:
+    track = recording.magnetic
+    assert track is not None
+    end = share * np.abs(track.field).max()
+    changed = replace(track, field=np.clip(track.field, -end, end))
+    return replace(recording, read_magnetic=lambda: changed)
+
+
+@pytest.mark.parametrize("unit", ["target", "reference"])
+def test_rests_beyond_the_range_of_a_magnetometer_are_left_out(unit: str) -> None:
+    session = played()
+    reference, target = session.reference, session.targets[0]
+    if unit == "target":
+        target = clipped(target, 0.9)
+    else:
+        reference = clipped(reference, 0.95)
+    (found,) = tumble.turntable(reference, [target], poses=None).targets
+    truth = session.target_units[0].magnetometer
+    assert truth is not None
+    warning = next(each for each in found.warnings if "the magnetometer's range: left out" in each)
+    assert warning.startswith("reference: ") == (unit == "reference")
+    assert found.magnetometer is not None
+    sigma = np.sqrt(np.diag(found.magnetometer.covariance))
+    assert (np.abs(found.magnetometer.b - truth.b) < 5.0 * sigma[9:]).all()

@@ -1,14 +1,14 @@
 //! Calibration of a magnetometer: samples in, hard iron, soft iron, mounting and the field out.
 
 use nalgebra::{SMatrix, Vector3};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::model::ModelCovariance;
 use tumble_lab::magnetometer::{
-    CalibratedAccelerometer, FieldPoint, FieldSamples, FieldSettings, Magnetometer, MagnetometerError,
-    NextField, RestUp, calibrate_at_rests, calibrate_turned,
+    CalibratedAccelerometer, FieldPoint, FieldSamples, FieldSettings, MOST_LEFT_OUT, Magnetometer,
+    MagnetometerError, NextField, RestUp, calibrate_at_rests, calibrate_turned, range_ends,
 };
 use tumble_lab::turntable::magnetometer::{
     FieldDisturbance, FieldSpan, ReferenceMagnetometer, TargetMagnetometer, calibrate_magnetometer,
@@ -88,6 +88,21 @@ fn magnetometer_turned<'py>(
     };
     let found = py.detach(|| calibrate_turned(&samples, &settings, strength_sigma));
     figures(py, &found.map_err(|error| refusal(py, &error))?)
+}
+
+/// Lowest and highest reading (3, 2) of each axis of readings (m, 3), uT, where the range of the magnetometer ends there; NaN
+/// where it does not.
+#[pyfunction]
+fn magnetometer_range_ends<'py>(
+    py: Python<'py>,
+    field: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let ends = range_ends(rows(&field, "field")?);
+    let ends: Vec<Vec<f64>> = ends
+        .iter()
+        .map(|axis| axis.iter().map(|end| end.unwrap_or(f64::NAN)).collect())
+        .collect();
+    Ok(PyArray2::from_vec2(py, &ends)?)
 }
 
 /// Rest of the reference, and its span on the clocks of reference and target, s.
@@ -258,7 +273,9 @@ fn refusal_figures<'py>(py: Python<'py>, error: &MagnetometerError) -> PyResult<
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("MOST_LEFT_OUT", MOST_LEFT_OUT)?;
     module.add_function(wrap_pyfunction!(magnetometer_at_rests, module)?)?;
     module.add_function(wrap_pyfunction!(magnetometer_turned, module)?)?;
+    module.add_function(wrap_pyfunction!(magnetometer_range_ends, module)?)?;
     module.add_function(wrap_pyfunction!(magnetometer_of_target, module)?)
 }

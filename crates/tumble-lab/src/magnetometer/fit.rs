@@ -15,7 +15,8 @@ use crate::constant_length::influence::LinearFit;
 use crate::constant_length::sphere::{sphere, start};
 use crate::multipose::FEWEST_DIRECTIONS;
 
-const MOST_DISTURBED: f64 = 0.4;
+/// Share of the readings that may be left out (docs/theory/magnetometer.md, section 3).
+pub const MOST_LEFT_OUT: f64 = 0.4;
 
 /// Settings of a calibration of a magnetometer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -163,7 +164,7 @@ pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<Field
         used.retain(|k| !disturbed.contains(k));
         #[allow(clippy::cast_precision_loss)]
         let too_few = used.len() < needed
-            || ((data.readings.len() - used.len()) as f64) > MOST_DISTURBED * data.readings.len() as f64;
+            || ((data.readings.len() - used.len()) as f64) > MOST_LEFT_OUT * data.readings.len() as f64;
         if too_few {
             return Err(MagnetometerError::Disturbed {
                 found: data.readings.len() - used.len(),

@@ -11,6 +11,7 @@ mod disturbed;
 mod error;
 mod fit;
 mod next_field;
+mod range_ends;
 mod readings;
 mod rests;
 mod settled;
@@ -22,8 +23,9 @@ mod tests;
 
 pub use calibration::{FieldPoint, Magnetometer, calibrate_at_rests, calibrate_turned};
 pub use error::MagnetometerError;
-pub use fit::{FieldFit, FieldSettings, fit_field};
+pub use fit::{FieldFit, FieldSettings, MOST_LEFT_OUT, fit_field};
 pub use next_field::{NextField, coverage};
+pub use range_ends::range_ends;
 pub use readings::{FieldReading, FieldReadings, Upward};
 pub(crate) use rests::means_at;
 pub use rests::{CalibratedAccelerometer, FieldSamples, RestUp};

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.error_decomposition import factors, mounting_angles
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.words import count_of
@@ -37,6 +38,7 @@ NO_CURRENT = (
     "holds neither a current nor a throttle; name its column with --columns current=NAME, or leave out "
     "--current"
 )
+MOSTLY_CLIPPED = f"less than {100.0 * (1.0 - _core.MOST_LEFT_OUT):.0f} % of its readings follow the field"
 CURRENT_IS_STEADY = "the current, or throttle, hardly changes; run the motors at several levels while turning"
 OWN_AXES = (
     "the case frame is that of the magnetometer's own axes: no rests with an accelerometer show which way "

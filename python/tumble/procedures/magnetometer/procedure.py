@@ -12,6 +12,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import rests_of
+from tumble.acquisition.field_range import within_range
 from tumble.acquisition.imu import digest_of, log_name
 from tumble.calibration.document import AccelerometerCalibration, Calibration
 from tumble.calibration.start import started_from
@@ -132,11 +133,16 @@ def calibrated(
 
     Raises `ProcedureError`, in one line, where they do not show all that is asked for.
     """
+    recorded = len(track)
+    track, clipped = within_range(track, track, () if resting is None else resting.spans)
+    if len(track) < (1.0 - _core.MOST_LEFT_OUT) * recorded:
+        raise ProcedureError(f"{messages.MOSTLY_CLIPPED}; {clipped}", about=name)
     load = _load(track, name) if current else None
     try:
         figures = _fit(track, resting, place, load)
     except _core.CoreError as error:
-        raise ProcedureError(messages.explain(*error.args), about=name) from None
+        why = messages.explain(*error.args)
+        raise ProcedureError(f"{why}; {clipped}" if clipped else why, about=name) from None
     dip = _dip(figures)
     if dip.observable and place.dip is not None and _is_mirrored(dip.value, place.dip):
         raise ProcedureError(messages.left_handed(dip.value, place.dip), about=name)
@@ -162,7 +168,8 @@ def calibrated(
         options={"current": current, "turned": resting is None},
         software=f"tumble {_core.__version__}",
     )
-    return replace(result, warnings=tuple(messages.warnings_of(result, facts.time)))
+    warnings = (*([clipped] if clipped else []), *messages.warnings_of(result, facts.time))
+    return replace(result, warnings=warnings)
 
 
 def _fit(

@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import rests_of
+from tumble.acquisition.field_range import within_range
 from tumble.acquisition.imu import Imu
 from tumble.calibration.document import Calibration
 from tumble.foundation.error_decomposition import factors, mounting_angles
@@ -56,6 +57,8 @@ class ReferenceMagnetometer:
     calibrated: bool
     uncertainty: FloatArray | None
     """(12, 12) covariance of its [E row by row, e]; None where nobody states it."""
+    clipped: str = ""
+    """Remark on readings at the end of its range, which are left out."""
 
     @classmethod
     def of(cls, unit: Imu, applied: Calibration | None) -> ReferenceMagnetometer | None:
@@ -63,10 +66,11 @@ class ReferenceMagnetometer:
         known = applied if applied is not None and applied.magnetometer is not None else None
         recording = unit.recording
         track = recording.magnetic if known is None else corrected_magnetometer(known, recording)
-        if track is None:
+        if track is None or recording.magnetic is None:
             return None
         rests = rests_of(unit.acquired, triads=unit.triads)
-        return cls(track, rests, known is not None, of_calibration(known, "magnetometer"))
+        track, clipped = within_range(recording.magnetic, track, ((rest.start, rest.end) for rest in rests))
+        return cls(track, rests, known is not None, of_calibration(known, "magnetometer"), clipped)
 
     @property
     def source(self) -> str:
@@ -96,10 +100,13 @@ def calibrated_magnetometer(
         return TargetMagnetometer()
     if known is None:
         return _none("the log of the reference has none")
+    felt = rests_of(unit.acquired, triads=unit.triads)
+    track, own = within_range(track, track, ((rest.start, rest.end) for rest in felt))
+    clipped = [*([own] if own else []), *([f"reference: {known.clipped}"] if known.clipped else [])]
     try:
-        found = _fit(known, unit, track, figures)
+        found = _fit(known, felt, track, figures)
     except _core.CoreError as error:
-        return _none(_reason(*error.args))
+        return _none("; ".join([_reason(*error.args), *clipped]))
     triad = triad_result(
         "magnetometer", found["calibration"], np.full(3, np.nan), np.full(3, np.nan), pose_names
     )
@@ -112,16 +119,16 @@ def calibrated_magnetometer(
             "steel of the table disturb one of the two; calibrate it by hand, away from the table"
         )
     field = _shared_field(found, known, pose_names, _mounting(triad, accelerometer))
-    return TargetMagnetometer(triad, field, tuple(_warnings(field)))
+    return TargetMagnetometer(triad, field, (*clipped, *_warnings(field)))
 
 
 def _fit(
     known: ReferenceMagnetometer,
-    unit: Imu,
+    felt: tuple[Rest, ...],
     track: MagneticTrack,
     figures: _core.TargetFigures,
 ) -> _core.TargetMagnetometerFigures:
-    seen, felt = known.rests, rests_of(unit.acquired, triads=unit.triads)
+    seen = known.rests
     spans = [
         (rest, (seen[rest].start, seen[rest].end), (felt[first].start, felt[last].end))
         for rest, first, last in figures["pairs"]
