@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import gzip
+import json
 import re
 import shutil
 import struct
@@ -254,6 +255,19 @@ def _read_labelled(path: Path) -> object:
     return np.array([number.findall(line) for line in path.read_text().splitlines()], dtype=np.float64)
 
 
+def _json_lines(folder: Path, chunk: Chunk) -> Path:
+    names = ["time", *(f"{triad}{axis}" for triad in "ag" for axis in _AXES)]
+    path = folder / "log.jsonl"
+    with path.open("w") as file:
+        for row in np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope]).tolist():
+            file.write(json.dumps(dict(zip(names, row, strict=True))) + "\n")
+    return path
+
+
+def _read_json_lines(path: Path) -> object:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
 def _in_g(chunk: Chunk) -> Chunk:
     return Chunk(chunk.time, np.round(chunk.accelerometer / STANDARD_GRAVITY, 9), chunk.gyroscope)
 
@@ -288,6 +302,7 @@ READERS = {
     "vectornav": Reader(_vectornav, lambda path: _csv(path, lines=0), PYARROW, timeless=True),
     "ros_echo": Reader(_rostopic, _csv, PYARROW),
     "kitti": Reader(_kitti, _read_kitti, "numpy.array of each file", share=0.02),
+    "json_lines": Reader(_json_lines, _read_json_lines, "json.loads", share=0.3),
     "labelled": Reader(_labelled, _read_labelled, "re and numpy", timeless=True, share=0.3),
     "picoquake": Reader(_picoquake, lambda path: _csv(path, lines=3), PYARROW),
     "metawear": Reader(_metawear, _read_metawear, PYARROW, share=0.3),

@@ -49,6 +49,11 @@ def labelled(path, table):
     path.write_text("".join(" ".join(f"{name}: {row[name]}" for name in row) + "\n" for row in rows))
 
 
+def json_lines(path, table):
+    rows = pd.DataFrame(table).to_dict("records")
+    path.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+
+
 WRITERS = {
     "log.csv": lambda path, table: pd.DataFrame(table).to_csv(path, index=False),
     "log.tsv": lambda path, table: pd.DataFrame(table).to_csv(path, index=False, sep="\t"),
@@ -61,8 +66,9 @@ WRITERS = {
     "log.mat": lambda path, table: scipy.io.savemat(path, table),
     "log.h5": hdf5,
     "log.txt": labelled,
+    "log.jsonl": json_lines,
 }
-OF_TEXT = ("log.csv", "log.tsv", "log.csv.gz", "log.parquet", "log.feather", "log.mcap")
+OF_TEXT = ("log.csv", "log.tsv", "log.csv.gz", "log.parquet", "log.feather", "log.mcap", "log.jsonl")
 
 
 def written(folder, name, table):

@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.foundation.magnetic import MagneticTrack
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of, join
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 FEWEST_OF_REST = 4
 """Readings at the end of the range from which on a rest has no mean: those of noise alone are fewer.
 
-Of 200 readings of a rest they shift its mean by 2 % of their scatter at most.
+Three of 200 readings of a rest shift its mean by 2 % of their scatter at most.
 """
 
 
@@ -50,7 +51,8 @@ def within_range(
     return track.chosen(~without), remark
 
 
-def _ends(ends: np.ndarray, at_end: NDArray[np.bool_]) -> Iterator[str]:
-    for axis, values, reached in zip("xyz", ends, at_end.any(axis=0), strict=True):
-        if reached:
-            yield f"{axis} of {' and '.join(f'{value:.4g}' for value in values if np.isfinite(value))} uT"
+def _ends(ends: FloatArray, at_end: NDArray[np.bool_]) -> Iterator[str]:
+    for place, axis in enumerate("xyz"):
+        if at_end[:, place].any():
+            values = ends[place][np.isfinite(ends[place])]
+            yield f"{axis} of {' and '.join(f'{value:.4g}' for value in values)} uT"

@@ -304,6 +304,16 @@ LOG_FORMATS = (
         looks_inside=True,
     ),
     LogFormat(
+        "json_lines",
+        "lines of JSON, an object a sample",
+        "json_lines",
+        "tumble inspect log.jsonl",
+        (".jsonl", ".ndjson"),
+        pattern=rb"\{",
+        looks_inside=True,
+        magnetometer=_BY_COLUMN,
+    ),
+    LogFormat(
         "labelled",
         "lines with words before the numbers, as sketches for Arduino print them",
         "labelled",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from tumble.live.address import Address
+from tumble.logs.json_objects import OBJECTS
 from tumble.logs.options import ReadOptions
 from tumble.logs.row_labels import MOST_LABELS, label_names
 from tumble.logs.text import names_delimiter, numbers_delimiter, split_line
@@ -24,18 +24,6 @@ ROWS_TO_HEAR = 20
 ROWS_WITHOUT_LABEL = 5
 """Rows without a label after which they are those that are read, unless more have one: some are torn."""
 _PREFIXED = re.compile(r"(?P<label>[A-Za-z_][\w./-]*)\s*(?P<between>[:,;|\s])\s*(?P<row>[^\s].*)")
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Returns the object of its keys; raises `ValueError` where one is given twice: neither value counts."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("a key is given twice")
-    return found
-
-
-_JSON = json.JSONDecoder(parse_int=float, object_pairs_hook=_once)
-"""An integer of any length is a number, and one of a thousand digits is infinite."""
 _NUMBERS_IN_WORDS = ("nan", "inf", "infinity")
 _BEGIN_NUMBER = frozenset("0123456789+-.")
 
@@ -140,7 +128,7 @@ def _objects(text: str, label: str) -> list[LabelledRow]:
     if not text.startswith(("{", "[")):
         return [LabelledRow(label, text)]
     try:
-        value = _JSON.decode(text)
+        value = OBJECTS.decode(text)
     except (ValueError, RecursionError):
         return [LabelledRow(label, text)]
     objects = value if isinstance(value, list) else [value]

@@ -36,7 +36,7 @@ class Piece(Generic[Part]):
 class OneSender(Generic[Part]):
     """Keeps to the sender whose samples came first, until it sends none for a while.
 
-    `concerns` tells parts that may be samples of the unit that is read.
+    `concerns` is true of parts that may be samples of the unit that is read.
     """
 
     def __init__(self, concerns: Callable[[Part], bool]) -> None:

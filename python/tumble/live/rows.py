@@ -21,10 +21,11 @@ from tumble.live.labels import LabelRow
 from tumble.live.readings import Readings
 from tumble.live.source import SourceChangedError
 from tumble.logs.columns import ImuColumns, find_imus, recognise
+from tumble.logs.json_objects import numbers_in, with_defined_units
 from tumble.logs.options import ReadOptions
 from tumble.logs.read_as import ReadAs
 from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
-from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, several
+from tumble.logs.track import RawSamples, none_such, several
 
 MOVING = "moving"
 """Name of the state of the wheels in `--columns`."""
@@ -32,11 +33,6 @@ MOVING_NAMES = ("moving", "wheels_moving", "wheel_moving", "wheel_speed", "wheel
 """Columns, in lower case, that show whether the wheels turn: 0 where they stand, else any other number."""
 ROWS_WITHOUT_NAMES = 8
 """Rows to see before columns without names are given the usual ones: the first has to grow, to be time."""
-DEEPEST = 8
-"""Levels of a JSON object; a sample of ROS has three."""
-_STAMP_FIELDS = (("sec", "nanosec"), ("secs", "nsecs"))
-_ROS_IMU = "angular_velocity_covariance[0]"
-"""Field that only `sensor_msgs/Imu` has, whose definition states rad/s and m/s^2."""
 MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
 MOST_CORRUPTED = 3
@@ -368,13 +364,7 @@ class RowReader:
                 f"{self._source}: no column for {missing}; columns found: {', '.join(names)}; a spin needs "
                 "accelerometer and gyroscope of one unit"
             )
-        columns = imus[imu]
-        if any(name.endswith(_ROS_IMU) for name in names):
-            columns = replace(
-                columns,
-                accelerometer_unit=StatedUnit("m/s^2", DEFINED),
-                gyroscope_unit=StatedUnit("rad/s", DEFINED),
-            )
+        columns = with_defined_units(imus[imu], names)
         return _Layout(names, delimiter, columns, self._moving_among(names), notices, imu)
 
     def _moving_among(self, names: tuple[str, ...]) -> str | None:
@@ -389,7 +379,7 @@ class RowReader:
 
     def _numbers_of_object(self, value: dict[str, Any]) -> list[list[float]]:
         """Reads a JSON object; what it lacks is no number. None where it lacks everything."""
-        numbers = _flat(value)
+        numbers = numbers_in(value)
         if numbers is None:
             return self._sample_or_complaint(str(value), None)
         if self._layout is None:
@@ -490,36 +480,3 @@ def _shown(names: Sequence[str]) -> str:
 def _state(values: FloatArray) -> FloatArray:
     """1 where a number other than zero stands, 0 where zero stands, NaN where nothing does."""
     return np.where(np.isnan(values), np.nan, (values != 0.0).astype(np.float64))
-
-
-def _flat(value: dict[str, Any]) -> dict[str, float] | None:
-    """Returns every number of a JSON object by its path: `acc[0]`, `imu.gyro.x`; texts are passed over.
-
-    None where it is nested deeper than any sample.
-    """
-    numbers: dict[str, float] = {}
-    level: list[tuple[str, Any]] = list(value.items())
-    for _ in range(DEEPEST):
-        below: list[tuple[str, Any]] = []
-        for name, each in level:
-            if (stamp := _ros_stamp(each)) is not None:
-                numbers[f"{name} [s]"] = stamp
-            elif isinstance(each, dict):
-                below += [(f"{name}.{key}", part) for key, part in each.items()]
-            elif isinstance(each, list):
-                below += [(f"{name}[{position}]", part) for position, part in enumerate(each)]
-            elif not isinstance(each, str):
-                numbers[name] = math.nan if each is None else float(each)
-        level = below
-    return None if level else numbers
-
-
-def _ros_stamp(value: object) -> float | None:
-    """Returns s of a time as ROS writes it, `{sec, nanosec}` or `{secs, nsecs}`; None of anything else."""
-    if not isinstance(value, dict) or len(value) != 2:
-        return None
-    for seconds, nanoseconds in _STAMP_FIELDS:
-        whole, rest = value.get(seconds), value.get(nanoseconds)
-        if isinstance(whole, float) and isinstance(rest, float):
-            return whole + 1e-9 * rest
-    return None

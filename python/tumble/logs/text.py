@@ -147,7 +147,10 @@ def _head_lines(path: Path) -> list[bytes]:
     if (stated := schema_in(head)) is not None:
         raise LogError(f"{path}: is a {stated.what}, not a log; give another file")
     if head.lstrip()[:1] in (b"{", b"[", b"<"):
-        raise LogError(f"{path}: not a log but JSON or XML; expected a table with one sample per line")
+        raise LogError(
+            f"{path}: not a log but JSON or XML; expected a table, or objects of JSON, with one sample per "
+            "line"
+        )
     lines = head.splitlines(keepends=True)
     return lines if whole or len(lines) < 2 else lines[:-1]
 

@@ -16,7 +16,7 @@ const TOP_OF_TURN: f64 = 2.0 * (1.0 + core::f64::consts::SQRT_2);
 pub fn range_ends(field: &[[f64; 3]]) -> [[Option<f64>; 2]; 3] {
     let axes = [0, 1, 2].map(|axis| AxisRuns::of(field, axis));
     let elsewhere = axes.iter().map(|runs| runs.elsewhere).fold(0.0, f64::max);
-    let is_end = |at: Run| {
+    let is_end = |at: EqualReadings| {
         at.samples > LASTS * elsewhere && at.samples > TOP_OF_TURN * (at.beside + 1.0) // eq. 12
     };
     let moves = |runs: &AxisRuns| runs.extremes[0] < runs.extremes[1];
@@ -36,7 +36,7 @@ pub fn range_ends(field: &[[f64; 3]]) -> [[Option<f64>; 2]; 3] {
 
 /// Successive equal readings.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct EqualReadings {
     samples: f64,
     /// Samples of the longer one of the runs before and after it.
     beside: f64,
@@ -47,7 +47,7 @@ struct AxisRuns {
     /// Lowest and highest reading, uT.
     extremes: [f64; 2],
     /// The longest run at each.
-    longest: [Run; 2],
+    longest: [EqualReadings; 2],
     /// Samples of the longest run at any other reading.
     elsewhere: f64,
 }
@@ -58,7 +58,7 @@ impl AxisRuns {
         let extremes = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
         });
-        let none = Run {
+        let none = EqualReadings {
             samples: 0.0,
             beside: 0.0,
         };
@@ -77,7 +77,7 @@ impl AxisRuns {
             match extremes.iter().position(|end| end.total_cmp(&value).is_eq()) {
                 Some(end) if size > found.longest[end].samples => {
                     let beside = samples(k.checked_sub(1)).max(samples(Some(k + 1)));
-                    found.longest[end] = Run {
+                    found.longest[end] = EqualReadings {
                         samples: size,
                         beside,
                     };
