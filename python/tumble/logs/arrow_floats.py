@@ -9,12 +9,17 @@ from tumble.foundation.recording import FloatArray
 
 
 def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
-    """Returns a column as (n,) float64, NaN where it is null; date and time become nanoseconds since 1970."""
+    """Returns a column as (n,) float64, NaN where it is null; date and time become nanoseconds.
+
+    They count from 1970, a time of day from midnight.
+    """
     if pa.types.is_dictionary(column.type):
         parts = [_of_dictionary(part) for part in getattr(column, "chunks", [column])]
         return np.concatenate([np.empty(0), *parts])
     if pa.types.is_timestamp(column.type):
         column = column.cast(pa.timestamp("ns", column.type.tz)).cast(pa.int64())
+    if pa.types.is_time(column.type):
+        column = column.cast(pa.int64())
     if column.type != pa.float64():
         column = column.cast(pa.float64(), safe=False)
     parts = [_floats(part) for part in getattr(column, "chunks", [column])]

@@ -28,7 +28,7 @@ from tumble.logs.row_order import (
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.triads import largest_each
 from tumble.logs.unit_switch import UnitSwitch
-from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
+from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME, SLOWEST_HZ
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
 _LARGEST_SHARE_OF_BAD_LINES = 0.01
@@ -53,6 +53,10 @@ _LARGEST_POSSIBLE: dict[MeasuredValues, float] = {
     "accelerometer": LARGEST_SI,
     "gyroscope": LARGEST_SI,
 }
+
+_HOUR, _DAY = 3600.0, 86400.0
+_LONGEST_STEP = 1.0 / SLOWEST_HZ
+"""s: the longest time between samples, which passes while a clock steps."""
 
 
 @dataclass(slots=True)
@@ -351,6 +355,8 @@ class ChunkStream(Iterator[Chunk]):
             return LogError(
                 f"{seen} in this sample alone; repair or delete it, or leave it out with --skip-bad-lines"
             )
+        if cause := _change_of_clock(row.step):
+            return LogError(f"{seen}, {cause}, or read it with --rate if its samples are in order")
         return LogError(
             f"{seen}, further than the {LARGEST_DISPLACEMENT} rows within which late rows are sorted, "
             "or into no gap; sort the log by time, or read it with --rate if its samples are in order"
@@ -540,3 +546,12 @@ def _stand_alone(values: FloatArray, least: float) -> Mask:
     before = np.concatenate([largest[1:2], largest[:-1]])
     after = np.concatenate([largest[1:], largest[-2:-1]])
     return (largest > least) & (0.5 * largest > before) & (0.5 * largest > after)
+
+
+def _change_of_clock(step: float) -> str:
+    """Returns why the clock of a wall steps back by so many s, with the remedy; empty for all other steps."""
+    if abs(step + _HOUR) < _LONGEST_STEP:
+        return "as clocks do at the end of summer time; write times in UTC"
+    if abs(step + _DAY) < _LONGEST_STEP:
+        return "as times of day do at midnight; write the date before them"
+    return ""

@@ -26,11 +26,12 @@ from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.own_stamps import with_own_stamps
 from tumble.logs.row_labels import LabelColumn, NamedImu, choose_row_imu, named_imus, of_label
-from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
+from tumble.logs.text import BLANKS, TextLayout, find_layout, is_clock_time, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import (
     CHUNK_SAMPLES,
     DATE_AND_TIME,
+    TIME_OF_DAY,
     LoggedImu,
     RawSamples,
     StatedUnit,
@@ -168,6 +169,8 @@ def _stated_rate(
 def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
     if columns.time is not None and is_time_stamp(layout.first_field(columns.time)):
         return StatedUnit("ns", DATE_AND_TIME)
+    if columns.time is not None and is_clock_time(layout.first_field(columns.time)):
+        return StatedUnit("ns", TIME_OF_DAY)
     return columns.time_unit
 
 
@@ -379,6 +382,8 @@ class TextTable:
         if name == self._text:
             return pa.string()
         field = self._layout.first_field(name)
+        if is_clock_time(field):
+            return pa.time64("ns")
         if not is_time_stamp(field):
             return pa.float64()
         return pa.timestamp("ns", tz="UTC" if re.search(r"(Z|[+-]\d\d:?\d\d)$", field) else None)
@@ -415,6 +420,8 @@ class TextTable:
     def _reads(self, position: int, text: str) -> bool:
         if self._type(self._layout.names[position]) == pa.float64():
             return _reads_as_number(text, self._layout.decimal_point)
+        if pa.types.is_time(self._type(self._layout.names[position])):
+            return not text or is_clock_time(text)
         try:
             pa.scalar(text).cast(self._type(self._layout.names[position]))
         except pa.ArrowInvalid:

@@ -50,6 +50,7 @@ _ROWS_COMPARED = 25
 _SIGNS = (",", ";", ":", "=")
 _SIGN = re.compile("[,;:=\t]")
 _CELLS = re.compile("[,;=\t]")
+_CLOCK_TIME = re.compile(r"\d{2}:\d{2}:\d{2}(\.\d{1,9})?")
 _TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 
 
@@ -305,7 +306,9 @@ def _sound_by(row: str, delimiter: str) -> int:
     """Counts numbers and dates in a row by that delimiter."""
     decimal_point = _decimal_point(row, delimiter)
     fields = split_line(row, delimiter)
-    return sum(is_time_stamp(field) or _is_number(field, decimal_point) for field in fields)
+    return sum(
+        is_time_stamp(field) or is_clock_time(field) or _is_number(field, decimal_point) for field in fields
+    )
 
 
 def _row_delimiter(row: str, columns: int) -> str:
@@ -429,3 +432,8 @@ def _are_quoted(rows: Sequence[str]) -> bool:
 def is_time_stamp(text: str) -> bool:
     """Returns whether a field is a date and time such as `2024-05-01T12:00:00.25`."""
     return _TIME_STAMP.match(text) is not None
+
+
+def is_clock_time(text: str) -> bool:
+    """Returns whether a field is a time of day such as `12:00:00.25`."""
+    return _CLOCK_TIME.fullmatch(text) is not None

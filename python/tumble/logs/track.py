@@ -63,6 +63,8 @@ COLUMN_TYPE = "column type"
 """Source of a unit: a table of types holds dates."""
 DATE_AND_TIME = "date and time"
 """Source of a unit of time: a text holds dates."""
+TIME_OF_DAY = "time of day"
+"""Source of a unit of time: a text holds hours, minutes and seconds."""
 
 
 @dataclass(frozen=True, slots=True)
