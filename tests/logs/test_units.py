@@ -217,3 +217,30 @@ def test_length_at_rest_depends_on_neither_direction_nor_later_motion(direction,
     still = np.tile(np.array(direction) / np.linalg.norm(direction) * length, (400, 1))
     shaken = still + length * np.random.default_rng(3).normal(0.0, 1.0, still.shape)
     assert rest_norm(np.vstack([still, shaken])) == pytest.approx(length, rel=1e-9)
+
+
+@pytest.mark.parametrize(("length", "unit"), [(9.80665, "m/s^2"), (1.0, "g")])
+def test_columns_of_a_gyroscope_that_hold_gravity_are_named(tmp_path, length, unit):
+    values = np.random.default_rng(3).normal([0.0, 0.01, 1.0], 0.001, (1000, 3)) * length
+    rows = "".join(f"{k / 100:.2f},{x!r},{y!r},{z!r}\n" for k, (x, y, z) in enumerate(values.tolist()))
+    path = tmp_path / "log.csv"
+    path.write_text("time,gx,gy,gz\n" + rows)
+    remarks = " ".join(assumptions_of(path))
+    assert f"the length of gravity in {unit}, and no accelerometer is recorded" in remarks
+    assert "--columns ax=gx,ay=gy,az=gz" in remarks
+    named = ReadOptions(columns={"ax": "gx", "ay": "gy", "az": "gz"})
+    assert open_recording(path, named).metadata.triads == ("accelerometer",)
+
+
+@pytest.mark.parametrize("bias", [0.01, 0.5, 1.5, 8.0])
+def test_a_gyroscope_alone_with_any_bias_is_no_accelerometer(tmp_path, bias):
+    values = np.random.default_rng(3).normal([0.0, 0.0, bias], 0.001, (1000, 3))
+    rows = "".join(f"{k / 100:.2f},{x!r},{y!r},{z!r}\n" for k, (x, y, z) in enumerate(values.tolist()))
+    path = tmp_path / "log.csv"
+    path.write_text("time,gx,gy,gz\n" + rows)
+    assert "length of gravity" not in " ".join(assumptions_of(path))
+
+
+def assumptions_of(path):
+    metadata = open_recording(path).metadata
+    return [*metadata.remarks, *metadata.assumptions]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -394,6 +394,7 @@ def find_imus(
     stated = _stated(names, path, options.columns)
     recognised = {name: recognise(name) for name in names}
     recognised |= _counter(recognised)
+    recognised |= dict.fromkeys(_taken_otherwise(recognised, stated))
     if options.channel is not None:
         return {"": _single_axis(names, path, options.channel, recognised, stated)}
     prefixes = dict.fromkeys(
@@ -427,6 +428,14 @@ def find_imus(
     read = whole or _with_shared_gyroscope(imus)
     _refuse_doubled(read.values(), names, path, recognised, stated)
     return read
+
+
+def _taken_otherwise(recognised: Mapping[str, Column | None], stated: Mapping[str, str]) -> Iterator[str]:
+    """Yields the columns that a user states for another triad than their name: they are not of that too."""
+    for channel in CHANNELS:
+        column = recognised.get(stated.get(channel, ""))
+        if column is not None and column.quantity in _TRIADS and column.quantity != triad_of(channel):
+            yield stated[channel]
 
 
 READ_MAGNETOMETER = "; a magnetometer is there: tumble magnetometer reads it"
