@@ -28,7 +28,7 @@ def within_range(
     """Returns the readings of a track that follow the field, and a remark on those left out, if any.
 
     `raw` has the readings of the sensor, uT, and `track` those that are used, which may be corrected.
-    A rest, of `spans` in s, is left out as a whole. Method: docs/theory/magnetometer.md, section 3.
+    A rest, of `spans` in s, is left out as a whole. Method: docs/theory/magnetometer.md, section 6.
     """
     ends = _core.magnetometer_range_ends(np.ascontiguousarray(raw.field))
     at_end = (raw.field[:, :, None] == ends).any(axis=2)

@@ -1,5 +1,5 @@
 //! Ends of the range of a magnetometer, where its readings no longer follow the field
-//! (docs/theory/magnetometer.md, section 3).
+//! (docs/theory/magnetometer.md, section 6).
 
 /// Times of the longest run of one reading anywhere else, beyond which a run at an extreme is the end of the range: rests and
 /// turns are of lengths that differ by less. Twice of it misses ends that are touched briefly.
