@@ -1,4 +1,4 @@
-"""A thermometer that stands still or fails has no temperature; one that works is never said to fail."""
+"""A thermometer that stands still or fails has no temperature; one that works is never found to fail."""
 
 from __future__ import annotations
 
