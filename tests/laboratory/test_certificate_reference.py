@@ -261,3 +261,23 @@ def test_a_number_of_another_laboratory_is_not_on_record(on_record, tmp_path):
     done = turned_with("other.yaml", "--registry", "lab.db")
     assert done.code == 0, done.err
     assert "holds no such certificate; ask the laboratory whether it still holds\n" in done.err
+
+
+@pytest.mark.parametrize(
+    ("unit", "other"),
+    [
+        (rb"\metre\second\tothe{-2}</si:unitXMLList>", rb"\metre\second\tothe{-1}</si:unitXMLList>"),
+        (rb"\one \one", rb"\one \percent"),
+        (rb"<si:unit>\metre\tothe{2}\second\tothe{-4}<", rb"<si:unit>\metre\tothe{2}\second\tothe{-3}<"),
+        (rb"<si:unit>\degreecelsius<", rb"<si:unit>\kelvin<"),
+        (rb"<si:unit>\metre\second\tothe{-2}<", rb"<si:unit>\centi\metre\second\tothe{-2}<"),
+    ],
+)
+def test_a_reference_in_other_units_is_refused_in_a_line(issued, tmp_path, unit, other):
+    content = dcc_of(issued)
+    assert unit in content
+    (tmp_path / "other.xml").write_bytes(content.replace(unit, other))
+    with pytest.raises(CalibrationFileError) as caught:
+        read_reference_certificate(tmp_path / "other.xml")
+    assert "\n" not in str(caught.value)
+    assert "is read" in str(caught.value) or "is no unit of a certificate" in str(caught.value)

@@ -73,7 +73,7 @@ def test_fields_in_another_order_are_those_of_their_names(tmp_path):
     assert np.allclose(found.gyroscope, rows[:, 4:])
 
 
-def test_an_array_with_an_object_a_line_is_read_and_so_is_a_packed_one(tmp_path):
+def test_an_array_with_an_object_a_line_and_a_packed_log_are_read(tmp_path):
     rows = table()
     lines = [json.dumps(flat(row)) for row in rows]
     text = "[" + ",\n".join(lines) + "]\n"

@@ -26,7 +26,7 @@ from tumble.laboratory.certificate.model import (
     Party,
     SensorModel,
 )
-from tumble.laboratory.certificate.si_units import D_SI, ONE, unit_of_product
+from tumble.laboratory.certificate.si_units import D_SI, unit_of_product
 
 DCC = "https://ptb.de/dcc"
 SI = "https://ptb.de/si"
@@ -291,8 +291,7 @@ class _Writer:
                 for second in places:
                     cell = _add_si(line, "covariance")
                     _add_si(cell, "value", number(model.covariance[first, second]))
-                    is_ratio = units[first] == units[second] == "1"
-                    _add_si(cell, "unit", ONE if is_ratio else unit_of_product(units[first], units[second]))
+                    _add_si(cell, "unit", unit_of_product(units[first], units[second]))
             _add_si(region, "coverageFactor", REGION_FACTORS[len(places) - 1])
             _add_si(region, "coverageProbability", PROBABILITY)
             _add_si(region, "distribution", "normal")

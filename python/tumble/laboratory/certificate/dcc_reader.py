@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from xml.parsers import expat
 
@@ -14,7 +14,7 @@ from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import TRIADS, UNITS
 from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, XmlElement
 from tumble.laboratory.certificate.model import (
     PARAMETERS,
@@ -29,7 +29,7 @@ from tumble.laboratory.certificate.model import (
     Party,
     SensorModel,
 )
-from tumble.laboratory.certificate.si_units import FROM_D_SI
+from tumble.laboratory.certificate.si_units import D_SI, FROM_D_SI, unit_of_product
 
 LARGEST = 16 << 20
 """Bytes."""
@@ -199,11 +199,11 @@ def _environment(result: XmlElement) -> Environment:
         for kind in _kinds(each)
     }
     names = ("basic_temperatureMin", "basic_temperature", "basic_temperatureMax")
-    temperature = [_number(_text(found[name], "si:real/si:value")) for name in names if name in found]
+    temperature = [_value_in("degC", found[name]) for name in names if name in found]
     gravity = found.get("tumble_gravity")
     return Environment(
         temperature=tuple(temperature) if len(temperature) == len(names) else None,  # type: ignore[arg-type]
-        gravity=None if gravity is None else _number(_text(gravity, "si:real/si:value")),
+        gravity=None if gravity is None else _value_in("m/s^2", gravity),
         gravity_source="" if gravity is None else _plain_or(gravity, "dcc:description"),
     )
 
@@ -262,6 +262,9 @@ def _models(triad: XmlElement) -> Iterator[SensorModel]:
         numbers = [_number(text) for text in _text(column, "si:valueXMLList").split()]
         if len(places) != len(numbers):
             raise _MissingPartError(f"the model of the {name} has {len(numbers)} numbers for {len(places)}")
+        if name in TRIADS:
+            units = ["1"] * 9 + [UNITS[name]] * 3
+            _check_units(column, [units[place] for place in places])
         values[places] = numbers
         if "tumble_model" in _kinds(each):
             covariance = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
@@ -271,6 +274,30 @@ def _models(triad: XmlElement) -> Iterator[SensorModel]:
     if name not in TRIADS or not np.isfinite(values).all():
         raise _MissingPartError(f"the model of the {name} lacks numbers of M or b")
     yield SensorModel(triad=name, M=values[:9].reshape(3, 3), b=values[9:], covariance=covariance)
+
+
+def _check_units(column: XmlElement, units: Sequence[str]) -> None:
+    """Raise `_MissingPartError` unless numbers of a model, and their covariance, are in the units read."""
+    of_numbers = _text(column, "si:unitXMLList").split()
+    cells = column.iterfind(
+        "si:ellipsoidalRegionXMLList/si:covarianceMatrix/si:column/si:covariance/si:unit", _SPACES
+    )
+    of_products = [each.text or "" for each in cells]
+    wanted = [D_SI[unit] for unit in units]
+    products = [unit_of_product(first, second) for first in units for second in units]
+    if len(of_numbers) != len(wanted) or len(of_products) not in (0, len(products)):
+        raise _MissingPartError("a number of a model has no unit")
+    for stated, read in (*zip(of_numbers, wanted, strict=True), *zip(of_products, products, strict=False)):
+        if stated != read:
+            raise _MissingPartError(f"a number of a model is in {stated[:40]!r}, where {read!r} is read")
+
+
+def _value_in(unit: str, quantity: XmlElement) -> float:
+    """Return the value of a quantity; raise `_MissingPartError` unless it is in that unit."""
+    stated = _text(quantity, "si:real/si:unit")
+    if stated != D_SI[unit]:
+        raise _MissingPartError(f"a quantity is in {stated[:40]!r}, where {D_SI[unit]!r} is read")
+    return _number(_text(quantity, "si:real/si:value"))
 
 
 def _covariance(column: XmlElement, size: int) -> FloatArray:
