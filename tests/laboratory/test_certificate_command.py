@@ -138,6 +138,32 @@ def test_a_result_without_what_a_certificate_needs_has_none(tmp_path, changed, w
     assert not (tmp_path / "certificates").exists()
 
 
+@pytest.mark.parametrize("words", [(), ("--registry", "")])
+def test_a_result_of_the_future_has_no_certificate(tmp_path, words):
+    save(tmp_path / "future", made_up(date="2199-01-05T10:00:00Z"))
+    number = ("--number", "X-1") if words else ()
+    message = refusal("future", "-o", "certificates", *words, *number)
+    assert "'2199-01-05T10:00:00Z' is in the future; correct it, or the clock of the computer" in message
+    assert not (tmp_path / "certificates").exists()
+
+
+def test_a_reference_certified_after_the_result_is_refused(tmp_path):
+    unit = with_covariance(made_up())
+    stated = {
+        "laboratory": "Metrology",
+        "number": "M-1",
+        "date": "2026-03-01",
+        "file": "reference.yaml",
+        "sha256": "0" * 64,
+    }
+    content = unit.content()
+    content["reference"] = {"name": "reference", "certificate": stated}
+    save(tmp_path / "early", Calibration.model_validate(content))
+    assert "the certificate of its reference of 2026-03-01, after it" in refusal(
+        "early", "-o", "certificates"
+    )
+
+
 def test_a_result_has_a_certificate_once_it_states_its_operator(tmp_path):
     save(tmp_path / "poor", made_up(serial="77", operator=""))
     assert "calibrate again with --operator NAME" in refusal("poor", "-o", "certificates")

@@ -176,6 +176,13 @@ def _check(result: Result, *, is_on_record: bool = False) -> None:
         )
     if not run.date or not run.software:
         raise TumbleError(f"{about}: the result states neither date nor software; calibrate again")
+    result.refuse_false_dates()
+    reference = calibration.reference and calibration.reference.certificate
+    if reference and run.date[:10] < reference.date:
+        raise TumbleError(
+            f"{about}: the result is of {run.date[:10]}, and the certificate of its reference of "
+            f"{reference.date}, after it; calibrate again with the certificate that held then"
+        )
     if run.verdict == MODEL_NOT_MET:
         raise TumbleError(f"{about}: the model is not met by the recording; see the page of the result")
     if not any(each.u for each in result.parameters if each.value is not None):
