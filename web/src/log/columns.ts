@@ -141,6 +141,7 @@ export function findImus(
 ): Map<string, ImuColumns> {
   const recognised: Recognised = new Map(names.map((name) => [name, recognise(name)]));
   addCounter(recognised);
+  forgetOtherTriads(recognised, stated);
   const isStated = (['ax', 'ay', 'az', 'gx', 'gy', 'gz'] as const).some((key) => key in stated);
   const known = [...recognised.values()].filter(
     (column) => column && (column.quantity === 'accelerometer' || column.quantity === 'gyroscope'),
@@ -156,6 +157,20 @@ export function findImus(
   const read = whole.size ? whole : withSharedGyroscope(found);
   refuseDoubled(read, file, recognised, stated);
   return read;
+}
+
+/** Takes columns that are stated for one triad, and named as of the other, for no columns of that one. */
+function forgetOtherTriads(recognised: Recognised, stated: Partial<Record<Channel, string>>): void {
+  const triads = [
+    [['ax', 'ay', 'az'], 'gyroscope'],
+    [['gx', 'gy', 'gz'], 'accelerometer'],
+  ] as const;
+  for (const [channels, other] of triads) {
+    for (const channel of channels) {
+      const name = stated[channel];
+      if (name !== undefined && recognised.get(name)?.quantity === other) recognised.set(name, undefined);
+    }
+  }
 }
 
 /** Time column where no name states it: the only one with a unit of time behind it, as `mcu_us`. */
