@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.alternation import AlternationWatch
 from tumble.acquisition.duplicate_sensors import UnitHeads, refuse_copies
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
@@ -71,6 +72,7 @@ def acquire(
     of_parts: dict[str, UnitHeads] = {}
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
     failed: list[ThermometerFault] = []
+    turns = AlternationWatch(recording.metadata.triads)
     frozen: list[tuple[float, float]] = []
     stuck: list[Standstill] = []
     samples = 0
@@ -90,6 +92,7 @@ def acquire(
             of_parts[name].push(chunk)
             temperatures.add(len(chunk), chunk.temperature)
             thermometer.push(chunk)
+            turns.push(chunk)
             still = standstills(chunk, recording.metadata.triads)
             frozen += [(float(chunk.time[a]), float(chunk.time[b])) for a, b in still.frozen]
             stuck += still.stuck
@@ -108,6 +111,7 @@ def acquire(
         failed += thermometer.faults()
     digests = {name: each.digest() for name, each in of_parts.items()}
     refuse_copies(digests.items(), recording.name)
+    turns.refuse(recording.name)
     about = recording.metadata
     facts = LogFacts(
         duration=duration,

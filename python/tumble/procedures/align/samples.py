@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import dead_channel, fault_of, stood_still
+from tumble.acquisition.alternation import AlternationWatch
 from tumble.acquisition.coarseness import coarse_channels, coarse_notices
 from tumble.acquisition.duplicate_sensors import UnitHeads
 from tumble.acquisition.imu import faults_of
@@ -80,13 +81,14 @@ def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> l
 
 def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     assert unit.recording is not None
-    segmenter, heads = _core.Segmenter(), UnitHeads()
+    segmenter, heads, turns = _core.Segmenter(), UnitHeads(), AlternationWatch(TRIADS)
     times, forces, rates = GrowingArray(), GrowingArray(AXES), GrowingArray(AXES)
     samples = 0
     frozen: list[tuple[float, float]] = []
     stuck: list[Standstill] = []
     stream = unit.recording.chunks()
     for logged in stream:
+        turns.push(logged)
         still = standstills(logged, TRIADS)
         stuck += still.stuck
         frozen += [(float(logged.time[a]), float(logged.time[b])) for a, b in still.frozen]
@@ -99,6 +101,7 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
         progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
     if samples < 2:
         raise ProcedureError(f"{unit.name}: holds {count_of('sample', samples)}; record again")
+    turns.refuse(unit.name)
     arrays = times.whole(), forces.whole(), rates.whole()
     timed = np.isfinite(arrays[0])
     time, force, rate = arrays if timed.all() else (each[timed] for each in arrays)

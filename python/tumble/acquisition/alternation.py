@@ -1,0 +1,85 @@
+"""Samples of two or more units that take turns in one log, as if they were of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import Triad
+
+MOST_UNITS = 4
+"""Units that may take turns."""
+_BLOCK = 256
+"""Samples over which turns are taken; a lost one moves those behind it."""
+_MOST_BLOCKS = 400
+"""Blocks that are looked at: three minutes at 500 Hz."""
+_FEWEST_BLOCKS = 4
+_SIGMAS = 10.0
+"""Median over blocks of a difference of means, in its sigmas: 0.8 to 1.8 of one unit, up to 3.6 in two channels
+of a quadrotor that vibrates near half the sample rate, 100 where two units with usual biases take turns."""
+_ORDINALS = {2: "second", 3: "third", 4: "fourth"}
+_FEWEST_CHANNELS = 2
+"""A line at a share of the sample rate may be in one channel."""
+_OF_NORMAL = 0.6745
+"""Median of the magnitude of a normal variable, sigmas."""
+
+
+class AlternationWatch:
+    """Compares the means of every second, third and fourth sample, less the motion, block by block.
+
+    The unit of a sample differs from those beside it by its own bias, and so alternates, while motion goes
+    on. The noise of a sample is that of the difference to the next of the same turn.
+    """
+
+    def __init__(self, triads: Sequence[Triad]) -> None:
+        self._triads = triads
+        self._ratios: dict[int, list[FloatArray]] = {units: [] for units in range(2, MOST_UNITS + 1)}
+
+    def push(self, chunk: Chunk) -> None:
+        """Takes in successive samples."""
+        blocks = len(chunk) // _BLOCK
+        if not blocks or len(self._ratios[2]) >= _MOST_BLOCKS:
+            return
+        values = np.column_stack([getattr(chunk, triad)[: blocks * _BLOCK] for triad in self._triads])
+        for block in values.reshape(blocks, _BLOCK, -1)[:_MOST_BLOCKS]:
+            if np.isfinite(block).all():
+                for units, ratios in self._ratios.items():
+                    ratios.append(_ratio(block, units))
+
+    def units(self) -> int:
+        """Returns how many units take turns; 1 where nothing shows that it is more than one."""
+        for units, ratios in self._ratios.items():
+            if len(ratios) >= _FEWEST_BLOCKS:
+                usual = np.median(ratios, axis=0)
+                if int((usual > _SIGMAS).sum()) >= _FEWEST_CHANNELS:
+                    return units
+        return 1
+
+    def refuse(self, name: str) -> None:
+        """Raises `ProcedureError` where samples of several units take turns."""
+        if (units := self.units()) > 1:
+            raise ProcedureError(
+                f"samples of {units} units take turns: the mean of every {_ORDINALS[units]} sample differs "
+                "from that of the others by far more than noise; log each unit by itself, or by a label",
+                about=name,
+            )
+
+
+def _ratio(block: FloatArray, units: int) -> FloatArray:
+    """(channels,) largest difference between the mean of a turn and that of all, in its sigmas."""
+    weights = np.ones(units) / units
+    # The mean of samples around each, which shares its motion: an even number of them halves the ends.
+    if units % 2 == 0:
+        weights = np.convolve(weights, [0.5, 0.5])
+    half = len(weights) // 2
+    around = np.apply_along_axis(np.convolve, 0, block, weights, "valid")
+    beside = block[half : half + len(around)] - around
+    whole = len(beside) // units * units
+    means = beside[:whole].reshape(-1, units, block.shape[1]).mean(axis=0)
+    noise = np.median(np.abs(block[units:] - block[:-units]), axis=0) / (_OF_NORMAL * np.sqrt(2.0))
+    sigma = noise * np.sqrt(units / whole)
+    largest: FloatArray = np.abs(means - means.mean(axis=0)).max(axis=0)
+    return np.divide(largest, sigma, out=np.zeros_like(largest), where=sigma > 0.0)
