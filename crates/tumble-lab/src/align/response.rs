@@ -17,9 +17,9 @@ const SHARED_NOISE: f64 = 3.0;
 /// A filter against another: `1 + second s^2 + third s^3`, its delay apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ResponseTerms {
-    /// Of the second derivative, s^2: loss of amplitude with frequency where positive.
+    /// Factor of the second derivative, s^2: loss of amplitude with frequency where positive.
     pub second: f64,
-    /// Of the third derivative, s^3.
+    /// Factor of the third derivative, s^3.
     pub third: f64,
 }
 
