@@ -106,3 +106,15 @@ def test_a_floor_beyond_the_limit_is_refused(tmp_path):
     done = typed("spin", log, "-o", tmp_path / "out")
     assert done.code == 2
     assert "floor tilts by 12.0 deg" in one_line(done.err)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "scale", "named"), [(1, 0.11, True), (1, -0.06, True), (1, 0.01, False), (0, 0.11, False)]
+)
+def test_a_scale_error_that_no_sound_gyroscope_has_is_named(tmp_path, tilt, scale, named):
+    """A gyroscope that read 11 % too much was stated with its scale, without a word."""
+    log, _ = simulated(tmp_path, "--seed", 12, "--gyroscope-scale", scale, "--floor-tilt", tilt)
+    (spin,) = spun(log, tmp_path)["spins"]
+    shown = {parameter["name"]: parameter for parameter in spin["parameters"]}
+    assert shown["gyroscope scale about the axis"]["observable"] == bool(tilt)
+    assert any("the gyroscope's scale is off by" in line for line in spin["warnings"]) == named

@@ -30,6 +30,8 @@ NOTABLE_WANDERING = 1e-4
 """rad/s, 20 deg/h: bias instability does as much in any MEMS gyroscope."""
 SLOW = 0.2
 """rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
+NOTABLE_SCALE = 0.03
+"""Scale error of the gyroscope that no data sheet allows; twice as much would pass a range 5 % off."""
 MOST = 0.5
 """Share of a variance beyond which a cause is most of it."""
 CONTRADICTION = 5.0
@@ -224,6 +226,7 @@ def _no_blocks() -> SpinBlocks:
 def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> Iterator[str]:
     yield from _about_the_turn(figures, gravity)
     yield from _about_the_floor(figures, gravity, level_floor)
+    yield from _about_the_scale(figures)
     arm = float(np.linalg.norm(figures["lever_arm"]))
     if arm > NOTABLE_LEVER_ARM:
         yield f"the IMU is {arm:.1f} m from the turning axis: did the robot drive a circle?"
@@ -247,6 +250,21 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
             "turned one way only: the lever arm is counted from the point about which the robot turned, and "
             f"wheels that slip by 1 cm/s move that point by {10.0 / figures['rate']:.2g} mm; turn both ways "
             "to show that"
+        )
+
+
+def _about_the_scale(figures: _core.SpinFigures) -> Iterator[str]:
+    """Reports the largest scale error of the gyroscope that no sound one has, as no file will correct it."""
+    shown = (figures["heading_scale"], figures["scale_clockwise"], figures["scale_counter_clockwise"])
+    error, sigma = max(
+        shown, key=lambda each: np.nan_to_num(abs(each[0]) - CONTRADICTION * each[1], nan=-1.0)
+    )
+    if abs(error) - CONTRADICTION * sigma > NOTABLE_SCALE:
+        share = 100.0 * error
+        yield (
+            f"the gyroscope's scale is off by {share:+.2g} %, more than that of a sound one, and a spin "
+            "corrects bias only: check its range, its unit and the sample rate, or run multipose, which "
+            "finds the scale"
         )
 
 
