@@ -18,7 +18,7 @@ _MOST_BLOCKS = 400
 """Blocks that are looked at: three minutes at 500 Hz."""
 _FEWEST_BLOCKS = 4
 _SIGMAS = 10.0
-"""Median over blocks of a difference of means, in its sigmas: 0.8 to 1.8 of one unit, up to 3.6 in two channels
+"""Median over blocks of a difference of means, in its sigmas: 0.8 to 1.8 of one unit, 3.6 in two channels
 of a quadrotor that vibrates near half the sample rate, 100 where two units with usual biases take turns."""
 _ORDINALS = {2: "second", 3: "third", 4: "fourth"}
 _FEWEST_CHANNELS = 2
@@ -82,4 +82,5 @@ def _ratio(block: FloatArray, units: int) -> FloatArray:
     noise = np.median(np.abs(block[units:] - block[:-units]), axis=0) / (_OF_NORMAL * np.sqrt(2.0))
     sigma = noise * np.sqrt(units / whole)
     largest: FloatArray = np.abs(means - means.mean(axis=0)).max(axis=0)
-    return np.divide(largest, sigma, out=np.zeros_like(largest), where=sigma > 0.0)
+    ratio: FloatArray = np.divide(largest, sigma, out=np.zeros_like(largest), where=sigma > 0.0)
+    return ratio
