@@ -135,7 +135,8 @@ def of_alignment(session: Session, answer: Answer, _: Path) -> Statement:
         for each in unit["parameters"]:
             if each["observable"] and each["name"] in truth:
                 errors[each["name"]] = abs(each["value"] - truth[each["name"]]) / each["sigma"]
-        if not session.units[-1].is_filtered:
+        shows_clock = unit["time_offset_sigma"] is not None
+        if shows_clock and not session.units[-1].is_filtered:
             errors["time offset"] = _offset(session.units[-1], unit)
         content["warnings"] = [*content["warnings"], *unit["warnings"]]
     return _stated(answer, content, errors)

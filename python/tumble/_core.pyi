@@ -1148,6 +1148,7 @@ class AlignFigures(TypedDict):
     reference_time: float
     gyroscope_residual: float
     changed: AlignStep | None
+    jumped: float | None
     forces: AlignForceFigures | None
     primary_saturated: int
     primary_not_finite: int

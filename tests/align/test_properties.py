@@ -16,6 +16,7 @@ import tumble
 from align_motions import GRAVITY, Motion, Sensor, drawn, errors, record, recordings
 from repetitions import repetitions
 from tumble.foundation.results import INTERVAL
+from tumble.procedures.align.procedure import unit_settings
 
 SIGMAS = 6.0
 """A multiple of sigma that three thousand figures do not exceed."""
@@ -224,3 +225,23 @@ def test_a_unit_that_slips_half_way_is_named_and_both_rotations_hold(degrees, se
     for sensor in (before, after):
         error, sigma = errors(unit, Sensor(), sensor, seconds)["rotation"]
         assert np.all(np.abs(error) < 3.0 * sigma), (error, sigma)
+
+
+@pytest.mark.parametrize("at", [0.25, 0.5, 0.75])
+@pytest.mark.parametrize("jump", [0.01, 0.05, 0.15])
+def test_a_clock_that_is_set_has_no_offset_and_is_named(jump, at):
+    motion, seconds = Motion(21), 60.0
+    time, force, rate = record(motion, drawn(21, offset=0.3), seconds, 1)
+    stamped = time + jump * (time > at * seconds)
+    secondary = tumble.Recording.from_arrays("secondary", stamped, force, rate)
+    primary = tumble.Recording.from_arrays("primary", *record(motion, Sensor(), seconds))
+    result = tumble.align(primary, [secondary])
+    (unit,) = result.units
+    found = {each.name: each for each in unit.parameters}
+    named = any("offset jumps by about" in line or "its clock was set" in line for line in unit.warnings)
+    assert named, unit.warnings
+    if found["time offset"].observable:
+        assert found["time offset"].sigma > 0.2 * abs(jump)
+    else:
+        assert result.verdict == "partly aligned"
+        assert "time_offset" not in unit_settings(result)["secondary"]

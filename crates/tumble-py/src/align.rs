@@ -99,6 +99,7 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("reference_time", rates.clock.reference)?;
     figures.set_item("gyroscope_residual", rates.scale)?;
     figures.set_item("changed", changed(py, rates.changed.as_ref())?)?;
+    figures.set_item("jumped", found.jumped)?;
     match &found.forces {
         Some(forces) => figures.set_item("forces", force_figures(py, rates, forces)?)?,
         None => figures.set_item("forces", py.None())?,

@@ -1,6 +1,9 @@
 //! Both units side by side: pairs of means under the same triangle, by the primary's clock.
 
-use crate::align::samples::{MEASURED, Triangle, UnitSamples, WITH_PRODUCTS, WindowMoments};
+use crate::align::samples::{MEASURED, Triangle, UnitSamples, WITH_PRODUCTS, WindowMoments, rate_of};
+
+/// Blocks of a part of a log that show its own clock.
+const FEWEST_BLOCKS: usize = 12;
 
 /// Offset and rate of the secondary's clock relative to the primary's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +70,39 @@ impl Grid {
             length,
             windows_per_block: (count / blocks).max(whole(0.5 / length)).max(4),
         }
+    }
+
+    /// At most so many parts of it, with as much energy of the motion each; fewer where it is short.
+    pub fn parts(&self, most: usize) -> Vec<Self> {
+        let energy: Vec<f64> = (self.primary.iter())
+            .map(|window| {
+                window
+                    .as_ref()
+                    .map_or(0.0, |window| rate_of(&window.mean).norm_squared())
+            })
+            .collect();
+        let count = (self.primary.len() / (FEWEST_BLOCKS * self.windows_per_block)).min(most);
+        #[allow(clippy::cast_precision_loss)]
+        let share = energy.iter().sum::<f64>() / count.max(1) as f64;
+        let mut passed = 0.0;
+        let number = energy.iter().map(|energy| {
+            passed += energy;
+            whole((passed - 0.5 * energy) / share).min(count.saturating_sub(1))
+        });
+        let number: Vec<usize> = number.collect();
+        (0..count)
+            .map(|part| {
+                let (from, to) = (
+                    number.partition_point(|each| *each < part),
+                    number.partition_point(|each| *each <= part),
+                );
+                Self {
+                    edges: self.edges[from..=to].to_vec(),
+                    primary: self.primary[from..to].to_vec(),
+                    ..*self
+                }
+            })
+            .collect()
     }
 
     /// Pairs in which both units can be used.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::align::coarse::{self, Shift};
 use crate::align::error::AlignError;
@@ -29,6 +29,8 @@ pub struct Aligned {
     pub widened: f64,
     /// From the rates.
     pub rates: RatesFit,
+    /// Largest jump of the offset from part to part of the motion, where no line leads through their clocks, s.
+    pub jumped: Option<f64>,
     /// From the specific forces, where the rotation is known.
     pub forces: Option<ForcesFit>,
 }
@@ -115,6 +117,10 @@ const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
 const MIRRORED: f64 = 4.0;
 /// Chance of angles, scales and delays between sound units below which they are those of a motion that was not averaged out.
 const UNSOUND: f64 = 1e-3;
+/// Parts of the motion, each of which shows its own clock.
+const CLOCKS: usize = 4;
+/// Chance of clocks as different as those of the parts, of one clock.
+const JUMP_BY_CHANCE: f64 = 1e-6;
 /// Samples that a window holds at least.
 const SAMPLES: f64 = 3.0;
 /// Vibration above half the sample rate is averaged out by longer windows, at the cost of quick motion: so many times
@@ -157,16 +163,98 @@ pub fn align(
         let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
         solved(rates, best, &Averaged::new(&grid, primary, secondary), settings)
     });
-    let best = longer.fold(shortest, |best, other| {
+    let mut best = longer.fold(shortest, |best, other| {
         if other.uncertainty() < WORTH_IT * best.uncertainty() {
             other
         } else {
             best
         }
     });
+    best.jumped = (!settings.one_clock)
+        .then(|| clock_jump(&grid, secondary, &best.rates, settings))
+        .flatten();
     best.refuse_if_an_axis_changed()?;
     best.refuse_if_forces_disagree()?;
     Ok(best)
+}
+
+/// Offset and skew that one part of the motion shows by itself.
+struct PartClock {
+    clock: RelativeClock,
+    sigma: (f64, f64),
+}
+
+/// Largest jump from part to part, s, where no line leads through their clocks: one was set (docs/theory/align.md, eq. 23 to 25).
+/// A robust fit of all of it takes the shorter side of a jump for outliers.
+fn clock_jump(
+    grid: &Grid,
+    secondary: &UnitSamples<'_>,
+    rates: &RatesFit,
+    settings: &AlignSettings,
+) -> Option<f64> {
+    let grids = grid.parts(CLOCKS);
+    let clocks = grids
+        .iter()
+        .map(|part| part_clock(part, secondary, rates, settings));
+    let parts: Vec<_> = clocks.flatten().collect();
+    let skew = |weighted: &dyn Fn(&PartClock) -> f64| {
+        parts
+            .iter()
+            .map(|part| weighted(part) / part.sigma.1.powi(2))
+            .sum::<f64>()
+    };
+    let usual = skew(&|part| part.clock.skew) / skew(&|_| 1.0);
+    let jumps = parts.windows(2).map(|two| {
+        let apart = two[1].clock.reference - two[0].clock.reference;
+        two[1].clock.offset - two[0].clock.offset - usual * apart // eq. 25
+    });
+    let largest = jumps.max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    #[allow(clippy::cast_precision_loss)]
+    let (free, blocks) = (2.0 * parts.len() as f64 - 2.0, (BLOCKS / parts.len()) as f64);
+    let statistic = blocks * (off_a_line(&parts)? / blocks).ln_1p(); // eq. 24
+    (chi_square_tail(statistic, free) < JUMP_BY_CHANCE).then_some(largest)
+}
+
+/// The clock of a part; `None` where its motion does not show the rotation.
+fn part_clock(
+    part: &Grid,
+    secondary: &UnitSamples<'_>,
+    rates: &RatesFit,
+    settings: &AlignSettings,
+) -> Option<PartClock> {
+    let reference = 0.5 * (part.edges.first()? + part.edges.last()?);
+    let clock = RelativeClock {
+        offset: rates.clock.offset + rates.clock.skew * (reference - rates.clock.reference),
+        reference,
+        ..rates.clock
+    };
+    let fit = rates::fit(part, secondary, rates.rotation, clock, settings)?;
+    fit.unseen.is_empty().then_some(PartClock {
+        clock: fit.clock,
+        sigma: fit.clock_sigma,
+    })
+}
+
+/// Sum of squares that the likeliest line leaves of offsets and skews (docs/theory/align.md, eq. 23).
+fn off_a_line(parts: &[PartClock]) -> Option<f64> {
+    let start = parts.first()?.clock;
+    let rows = || {
+        parts.iter().flat_map(|part| {
+            let (offset, skew) = (part.clock.offset - start.offset, part.clock.skew);
+            let (of_offset, of_skew) = part.sigma;
+            [
+                (
+                    Vector2::new(1.0, part.clock.reference - start.reference) / of_offset,
+                    offset / of_offset,
+                ),
+                (Vector2::new(0.0, 1.0) / of_skew, skew / of_skew),
+            ]
+        })
+    };
+    let normal: Matrix2<f64> = rows().map(|(row, _)| row * row.transpose()).sum();
+    let right: Vector2<f64> = rows().map(|(row, value)| row * value).sum();
+    let line = normal.try_inverse()? * right;
+    Some(rows().map(|(row, value)| (value - row.dot(&line)).powi(2)).sum()) // eq. 23
 }
 
 /// Goes on from what the rates show to what the forces do.
@@ -191,6 +279,7 @@ fn solved(
     Some(Aligned {
         completed,
         widened,
+        jumped: None,
         correlation: shift.correlation,
         motion: shift.motion,
         window: samples.grid.length,

@@ -18,6 +18,7 @@ LARGEST_ARM_SIGMA = 0.3
 """m; with a larger sigma a lever arm is not observable."""
 LARGEST_BIAS_SIGMA = {"gyroscope": 0.1, "accelerometer": 1.0}
 """rad/s and m/s^2, likewise."""
+JUMPED = "no line leads through the offsets of parts of the motion: a clock was set"
 SHOWN = 5.0
 """Sigmas from which on something that should be zero is remarked upon."""
 NOTABLE_ANGLE = math.radians(0.5)
@@ -38,7 +39,7 @@ def describe_alignment(
     rotation_seen = len(figures["rotation_unseen"]) == 0
     forces = figures["forces"] or _no_forces()
     arm_sigma = np.sqrt(np.diag(forces["lever_arm_covariance"]))
-    unknown = np.full(3, np.nan)
+    unknown, jumped = np.full(3, np.nan), figures["jumped"]
     return UnitAlignment(
         name=name,
         source=source,
@@ -48,9 +49,9 @@ def describe_alignment(
         rotation_unseen=figures["rotation_unseen"],
         rotation_from_accelerometers=figures["completed"],
         time_offset=figures["time_offset"],
-        time_offset_sigma=figures["time_offset_sigma"],
+        time_offset_sigma=figures["time_offset_sigma"] if jumped is None else math.inf,
         skew=_skew(figures)[0],
-        skew_sigma=_skew(figures)[1],
+        skew_sigma=_skew(figures)[1] if jumped is None else math.inf,
         reference_time=figures["reference_time"],
         lever_arm=_if_shown(forces["lever_arm"], arm_sigma, LARGEST_ARM_SIGMA),
         lever_arm_covariance=forces["lever_arm_covariance"],
@@ -86,8 +87,12 @@ def _if_shown(value: FloatArray, sigma: FloatArray, limit: float) -> FloatArray:
 
 def _parameters(figures: _core.AlignFigures) -> Iterator[Parameter]:
     yield from _rotation(figures)
-    yield _parameter("time offset", "s", figures["time_offset"], figures["time_offset_sigma"])
-    yield _parameter("clock skew", "1", *_skew(figures))
+    if figures["jumped"] is None:
+        yield _parameter("time offset", "s", figures["time_offset"], figures["time_offset_sigma"])
+        yield _parameter("clock skew", "1", *_skew(figures))
+    else:
+        yield _unknown("time offset", "s", JUMPED)
+        yield _unknown("clock skew", "1", JUMPED)
     forces = figures["forces"] or _no_forces()
     yield from _lever_arm(forces)
     yield from _bias("gyroscope", "rad/s", figures["gyroscope_bias"], figures["gyroscope_bias_sigma"])
@@ -199,7 +204,12 @@ def _warnings(figures: _core.AlignFigures, around: float, time: LogTime, rate: f
         if saturated:
             yield f"left out {count_of('sample', saturated)} of the {whose} at the end of its range"
     yield from _changes(figures, time)
-    if not figures["one_clock"] and abs(figures["skew"]) > SHOWN * figures["skew_sigma"]:
+    if (jump := figures["jumped"]) is not None:
+        yield (
+            f"the offset jumps by about {1e3 * jump:.3g} ms in the course of the log: a clock was set, or "
+            "stamps are wrong; cut the log there, and align each part"
+        )
+    elif not figures["one_clock"] and abs(figures["skew"]) > SHOWN * figures["skew_sigma"]:
         yield (
             f"the clocks drift apart by {1e6 * figures['skew']:.1f} ppm: the offset holds at "
             f"{time.at(figures['reference_time'])} from the start of the primary's log"

@@ -187,7 +187,7 @@ def _settings(unit: UnitAlignment) -> dict[str, object]:
         found["sensor_from_primary"] = unit.sensor_from_primary.tolist()
     if bool(np.isfinite(unit.lever_arm).all()):
         found["lever_arm"] = unit.lever_arm.tolist()
-    return {**found, "time_offset": unit.time_offset}
+    return {**found, "time_offset": unit.time_offset} if math.isfinite(unit.time_offset_sigma) else found
 
 
 def write_settings(result: AlignResult, path: Path | str) -> None:

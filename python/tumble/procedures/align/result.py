@@ -146,12 +146,12 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
 
     @property
     def verdict(self) -> Verdict:
-        """`aligned` where rotation and lever arm of every unit were found."""
+        """`aligned` where rotation, lever arm and time offset of every unit were found."""
         needed = [
             parameter.observable
             for unit in self.units
             for parameter in unit.parameters
-            if parameter.name.startswith(("rotation", "lever arm"))
+            if parameter.name.startswith(("rotation", "lever arm", "time offset"))
         ]
         return "aligned" if all(needed) else "partly aligned"
 
