@@ -167,6 +167,7 @@ LAYERS: dict[str, set[str]] = {
     "words": {"secrets"},
     "sample_rates": set(),
     "clock_skew": set(),
+    "arrival": {"clock_skew", "recording"},
     "days": {"clock"},
     "names": {"words"},
     "body_axes": set(),
@@ -219,7 +220,7 @@ LAYERS: dict[str, set[str]] = {
     "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
     "goal": {"errors", "numbers", "results", "units"},
-    "result": DATA | {"calibration"},
+    "result": DATA | {"calibration", "arrival"},
     "calibration": DATA | {"_core"},
     "poses": DATA | {"_core"},
     "to_calibration": DATA | {"result", "calibration"},
@@ -242,7 +243,7 @@ LAYERS: dict[str, set[str]] = {
     | {"clock", "clock_skew", "debugging", "magnetic"}
     | READING,
     "gravity": {"errors", "constants", "_core"},
-    "acquisition": DATA | {"calibration", "logs", "_core"},
+    "acquisition": DATA | {"calibration", "logs", "arrival", "_core"},
     "procedure": DATA
     | {
         "lazy",
@@ -256,6 +257,7 @@ LAYERS: dict[str, set[str]] = {
         "acquisition",
         "clock",
         "clock_skew",
+        "arrival",
     }
     | {"_core"},
     "report": DATA | {"translation"},

@@ -14,11 +14,14 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble import _core
+from tumble.foundation.arrival import ArrivalWatch
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 
 MILLISECONDS = 1e3
+LARGEST_OF_CRYSTALS = 2e-4
+"""Difference of the pace of two clocks that crystals have: 100 ppm each, as cheap ones age and warm."""
 
 Fitted: TypeAlias = tuple[_core.SampleTimes | None, str, float]
 """Times by row, None where stamps stay; a remark, or nothing; 1-sigma of stamps that stay, s."""
@@ -76,7 +79,10 @@ def with_sample_times(recording: Recording) -> Recording:
             open=lambda: (chunk for part in parts for chunk in part.chunks()),
             parts=parts,
         )
-    if recording.metadata.rate is not None or not _begins_late(recording):
+    if recording.metadata.rate is not None:
+        return recording
+    recording = _beside_arrival(recording)
+    if not _begins_late(recording):
         return recording
     times, remark, stamp_sigma = _fitted(recording)
     remarks = (*recording.metadata.remarks, *([remark] if remark else []))
@@ -86,6 +92,34 @@ def with_sample_times(recording: Recording) -> Recording:
     pace = float(np.hypot(metadata.pace_sigma, times.rate_sigma))
     metadata = replace(metadata, pace_sigma=pace, fit_sigmas=(times.sigma, times.rate_sigma))
     return replace(recording, metadata=metadata, open=lambda: SampledStream(recording.chunks(), times))
+
+
+def _beside_arrival(recording: Recording) -> Recording:
+    """Holds stamps against the times of their recording: where both drift apart, either may be right.
+
+    The difference of both clocks is then 1-sigma of the pace (docs/theory/clocks.md).
+    """
+    stream, watch = recording.chunks(), ArrivalWatch()
+    for chunk in stream:
+        if chunk.received is None:
+            break
+        watch.push(chunk.time, chunk.received)
+    if isinstance(stream, ChunkStream):
+        stream.close()
+    found = watch.conclude()
+    if found is None or not found.drifts:
+        return recording
+    metadata = recording.metadata
+    pace = float(np.hypot(metadata.pace_sigma, found.skew))
+    remarks = metadata.remarks
+    if abs(found.skew) > LARGEST_OF_CRYSTALS:
+        slow = "slow" if found.skew > 0.0 else "fast"
+        remarks = (
+            *remarks,
+            f"stamps run {100.0 * abs(found.skew):.2g} % {slow} against the times of recording, as no two "
+            "crystals do: one of both is wrong, and sigmas of scale include it; give --rate if you know it",
+        )
+    return replace(recording, metadata=replace(metadata, pace_sigma=pace, remarks=remarks))
 
 
 def _begins_late(recording: Recording) -> bool:

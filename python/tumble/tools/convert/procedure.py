@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from tumble.foundation.arrival import ArrivalWatch
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.file_status import path_of
@@ -24,7 +25,6 @@ from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.magnetic_rows import MagneticRows
 from tumble.logs.reading import list_imus
 from tumble.logs.spec import files_of, parse_spec
-from tumble.tools.convert.arrival import ArrivalWatch
 from tumble.tools.convert.result import Converted, ConvertedImu
 
 if TYPE_CHECKING:

@@ -7,21 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from tumble.foundation.arrival import Arrival
 from tumble.foundation.plain import finite
 from tumble.foundation.results import Row, Tabular
 from tumble.foundation.words import count_of
-
-
-@dataclass(frozen=True, slots=True)
-class Arrival:
-    """Arrival of samples, by the clock of the recorder, against the time of the sensor that is written."""
-
-    delay: float
-    """Least s from the time of the sensor to that of the recorder, at the beginning."""
-    skew: float
-    """s that the clock of the recorder gains for each of the sensor."""
-    jitter: float
-    """1-sigma of the delay, s."""
 
 
 @dataclass(frozen=True, slots=True)

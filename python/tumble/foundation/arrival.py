@@ -8,15 +8,34 @@ skew from network delay measurements", INFOCOM 1999).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from tumble.foundation.clock_skew import add_corner
 from tumble.foundation.recording import FloatArray
-from tumble.tools.convert.result import Arrival
 
 _PIECES = 32
 """Number of pieces of a chunk, of each of which the least delay counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Arrival of samples, by the clock of the recorder, against the time of the sensor that is written."""
+
+    delay: float
+    """Least s from the time of the sensor to that of the recorder, at the beginning."""
+    skew: float
+    """s that the clock of the recorder gains for each of the sensor."""
+    jitter: float
+    """1-sigma of the delay, s."""
+    duration: float = 0.0
+    """s between the first and the last sample of which this is known."""
+
+    @property
+    def drifts(self) -> bool:
+        """True if the clocks drift apart by more than delays scatter: the skew is then none of these."""
+        return abs(self.skew) * self.duration > self.jitter
 
 
 class ArrivalWatch:
@@ -54,7 +73,8 @@ class ArrivalWatch:
         mean = d / n - level - slope * t / n
         squares = (dd - 2.0 * (level * d + slope * td) + slope * slope * tt) / n
         squares += level * level + 2.0 * level * slope * t / n
-        return Arrival(self._origin[1] + level, slope, math.sqrt(max(0.0, squares - mean * mean)))
+        jitter = math.sqrt(max(0.0, squares - mean * mean))
+        return Arrival(self._origin[1] + level, slope, jitter, self._hull[-1][0])
 
     def _edge_over(self, middle: float) -> tuple[tuple[float, float], tuple[float, float]]:
         for left, right in zip(self._hull, self._hull[1:], strict=False):
