@@ -43,11 +43,12 @@ class AlternationWatch:
         blocks = len(chunk) // _BLOCK
         if not blocks or len(self._ratios[2]) >= _MOST_BLOCKS:
             return
-        values = np.column_stack([getattr(chunk, triad)[: blocks * _BLOCK] for triad in self._triads])
-        for block in values.reshape(blocks, _BLOCK, -1)[:_MOST_BLOCKS]:
-            if np.isfinite(block).all():
-                for units, ratios in self._ratios.items():
-                    ratios.append(_ratio(block, units))
+        rows = slice(0, min(blocks, _MOST_BLOCKS) * _BLOCK)
+        values = np.column_stack([getattr(chunk, triad)[rows] for triad in self._triads])
+        whole = values.reshape(-1, _BLOCK, values.shape[1])
+        whole = whole[np.isfinite(whole).all(axis=(1, 2))]
+        for units, ratios in self._ratios.items():
+            ratios.extend(_ratio(whole, units))
 
     def units(self) -> int:
         """Returns how many units take turns; 1 where nothing shows that it is more than one."""
@@ -68,19 +69,20 @@ class AlternationWatch:
             )
 
 
-def _ratio(block: FloatArray, units: int) -> FloatArray:
-    """(channels,) largest difference between the mean of a turn and that of all, in its sigmas."""
+def _ratio(blocks: FloatArray, units: int) -> FloatArray:
+    """(blocks, channels) largest difference between the mean of a turn and that of all, in its sigmas."""
     weights = np.ones(units) / units
     # The mean of samples around each, which shares its motion: an even number of them halves the ends.
     if units % 2 == 0:
         weights = np.convolve(weights, [0.5, 0.5])
-    half = len(weights) // 2
-    around = np.apply_along_axis(np.convolve, 0, block, weights, "valid")
-    beside = block[half : half + len(around)] - around
-    whole = len(beside) // units * units
-    means = beside[:whole].reshape(-1, units, block.shape[1]).mean(axis=0)
-    noise = np.median(np.abs(block[units:] - block[:-units]), axis=0) / (_OF_NORMAL * np.sqrt(2.0))
+    half, count = len(weights) // 2, blocks.shape[1] - len(weights) + 1
+    around = sum(weight * blocks[:, k : k + count] for k, weight in enumerate(weights))
+    beside = blocks[:, half : half + count] - around
+    whole = count // units * units
+    turns = beside[:, :whole].reshape(len(blocks), -1, units, blocks.shape[2])
+    means = turns.mean(axis=1)
+    noise = np.median(np.abs(blocks[:, units:] - blocks[:, :-units]), axis=1) / (_OF_NORMAL * np.sqrt(2.0))
     sigma = noise * np.sqrt(units / whole)
-    largest: FloatArray = np.abs(means - means.mean(axis=0)).max(axis=0)
+    largest = np.abs(means - means.mean(axis=1, keepdims=True)).max(axis=1)
     ratio: FloatArray = np.divide(largest, sigma, out=np.zeros_like(largest), where=sigma > 0.0)
     return ratio
