@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -215,7 +215,7 @@ def _scanned(path: Path) -> _Scan:
     """Senders by the bytes of a message, once one of that kind was decoded."""
     for packets in _packets(path, dialect, damage, (*KINDS, HEARTBEAT)):
         for packet in packets:
-            key = _key(packet)
+            key = _key(packet.content)
             if key not in known:
                 for message in _decoded(dialect, [packet], damage):
                     if message.get_type() == HEARTBEAT:
@@ -225,7 +225,7 @@ def _scanned(path: Path) -> _Scan:
                     else:
                         known[key] = _sender(message)
             if key in known:
-                _note(scan, known[key], packet)
+                _note(scan, known[key], packet.content)
     scan.remarks = damage.notices()
     return scan
 
@@ -262,7 +262,9 @@ def _read(path: Path, sender: _Sender, kind: Kind) -> Iterator[RawSamples]:
             each for each in messages if _sender(each) == sender and holds_both_triads(each, sender.message)
         ]
         if mine:
-            yield _in_si(samples_of(mine, kind), kind)
+            samples = _in_si(samples_of(mine, kind), kind)
+            samples.received = np.array([each._timestamp for each in mine])
+            yield samples
 
 
 def _in_si(samples: RawSamples, kind: Kind) -> RawSamples:
@@ -291,7 +293,15 @@ def _dialect(path: Path) -> Any:  # noqa: ANN401 - pymavlink has no types
     return imported(DIALECT, path, "formats")
 
 
-def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> Iterator[list[bytes]]:  # noqa: ANN401
+class _Packet(NamedTuple):
+    """A message as it stands in the file."""
+
+    arrival: float
+    """s since 1970, by the clock of the ground station."""
+    content: bytes
+
+
+def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> Iterator[list[_Packet]]:  # noqa: ANN401
     """Returns the messages of these names as they stand in the file."""
     numbers = frozenset(getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in names)
     packets = _Packets(numbers, damage)
@@ -301,14 +311,15 @@ def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> 
             packets.found = []
 
 
-def _decoded(dialect: Any, packets: Sequence[bytes], damage: Damage) -> Iterator[MavlinkMessage]:  # noqa: ANN401
+def _decoded(dialect: Any, packets: Sequence[_Packet], damage: Damage) -> Iterator[MavlinkMessage]:  # noqa: ANN401
     decoder = dialect.MAVLink(None)
     for packet in packets:
         try:
-            message = decoder.decode(bytearray(packet))
+            message = decoder.decode(bytearray(packet.content))
         except Exception:  # pymavlink lets through whatever its unpacking raises
             damage.messages += 1
             continue
+        message._timestamp = packet.arrival
         yield message
 
 
@@ -318,7 +329,7 @@ class _Packets:
 
     numbers: frozenset[int]
     damage: Damage
-    found: list[bytes] = field(default_factory=list)
+    found: list[_Packet] = field(default_factory=list)
     _time: bytes = b""
     """First bytes of times of arrival, which stay the same for years."""
 
@@ -336,7 +347,8 @@ class _Packets:
             if at + size > length:
                 break
             if _number(data, at + ARRIVAL) in self.numbers:
-                self.found.append(data[at + ARRIVAL : at + size])
+                arrival = int.from_bytes(data[at : at + ARRIVAL], "big") * UNITS["time"]["us"]
+                self.found.append(_Packet(arrival, data[at + ARRIVAL : at + size]))
             at += size
         return at
 
