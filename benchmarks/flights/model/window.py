@@ -1,4 +1,4 @@
-"""Means of readings under triangles of 0.1 s at 20 Hz, exact for straight lines between samples."""
+"""Means of readings under triangles of 0.1 s at 20 Hz, exact for lines, and close for curves of rates."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ LONGEST = 1.6
 """Sample interval over the usual one beyond which a window is dropped: a sample is missing."""
 COUNTED, COUNTS = 0.25, 2
 """s over which samples are counted, and how often, before the interval is known: the shortest is usual."""
+CURVE = 1.0 / 12.0
+"""Share of the squared interval, times the second derivative, by which straight lines exceed a curve."""
+USUAL = 8.0
+"""Windows over which intervals are averaged."""
 LATE = 0.1
 """s of silence."""
 LATE_INTERVALS = 3.0
@@ -133,9 +137,11 @@ def averaged(samples: Samples, time: FloatArray) -> UnitWindows:
     edges = np.round(np.concatenate([[time[0] - HOP], time, [time[-1] + HOP]]), 6)
     rate = values[:, 3:]
     products = np.column_stack([rate**2, rate[:, [0]] * rate[:, 1:], rate[:, 1] * rate[:, 2]])
-    once, twice = _integrals(stamps, np.hstack([values, products]), edges)
+    once, twice, at_edges = _integrals(stamps, np.hstack([values, products]), edges)
     # A triangle is the second difference of a double integral, and that of an integral is its derivative.
     means = (twice[2:] - 2.0 * twice[1:-1] + twice[:-2]) / HOP**2
+    missed = _curves(stamps, edges)[1:, None] * np.diff(at_edges[:, 3:6], axis=0) / HOP**2
+    means[:, 3:6] += missed[:-1] - missed[1:]
     changes = (once[2:, :6] - 2.0 * once[1:-1, :6] + once[:-2, :6]) / HOP**2
     index = np.searchsorted(stamps, edges)
     begin, end = index[:-2], index[2:]
@@ -205,8 +211,31 @@ def _resolution(values: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(least), least, 0.0))
 
 
-def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Integrates straight lines between samples once and twice, up to times `at` (m,): two of (m, k)."""
+def _curves(stamps: FloatArray, at: FloatArray) -> FloatArray:
+    """Returns by what straight lines exceed a curve at times `at` (m,) s, over its bend (m,) s^2.
+
+    It is a share of the mean squared interval (docs/theory/redundancy.md, eq. 1a).
+    """
+    squares, square = np.zeros(len(stamps)), 0.0
+    for index, step in enumerate(np.diff(stamps), start=1):
+        # A pause begins anew.
+        if step > HOP:
+            square = 0.0
+        elif square > 0.0:
+            square += (step**2 - square) * step / (USUAL * HOP)
+        else:
+            square = step**2
+        squares[index] = square
+    return np.asarray(CURVE * squares[np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)])
+
+
+def _integrals(
+    stamps: FloatArray, values: FloatArray, at: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Integrates straight lines between samples once and twice, up to times `at` (m,): two of (m, k).
+
+    Returns beside these the lines at those times (m, k).
+    """
     middle = values.mean(axis=0)
     values = values - middle
     step = np.diff(stamps)[:, None]
@@ -225,6 +254,7 @@ def _integrals(stamps: FloatArray, values: FloatArray, at: FloatArray) -> tuple[
         twice[index]
         + since * (once[index] + since * (0.5 * start + since * slope / 6.0))
         + 0.5 * middle * after**2,
+        start + since * slope,
     )
 
 

@@ -44,14 +44,14 @@
 /* Words in the storage of a monitor for the model of a set, where the library was built with it
  * (TUMBLE_WITH_MAJORITY), for a calibration under way, and for aiding measurements. */
 #ifdef TUMBLE_WITH_MAJORITY
-#define TUMBLE_MAJORITY_WORDS (60 + 254 * TUMBLE_UNITS + 121 * TUMBLE_UNITS * TUMBLE_UNITS / 2)
+#define TUMBLE_MAJORITY_WORDS (60 + 255 * TUMBLE_UNITS + 121 * TUMBLE_UNITS * TUMBLE_UNITS / 2)
 #else
 #define TUMBLE_MAJORITY_WORDS 0
 #endif
 #ifdef TUMBLE_WITHOUT_CALIBRATION
 #define TUMBLE_CALIBRATION_WORDS 0
 #else
-#define TUMBLE_CALIBRATION_WORDS 304
+#define TUMBLE_CALIBRATION_WORDS 305
 #endif
 #ifdef TUMBLE_WITHOUT_AIDING
 #define TUMBLE_AIDING_WORDS 0
@@ -76,7 +76,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS (((((118 + (170 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_MAJORITY_WORDS) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
+#define TUMBLE_REDUNDANCY_WORDS (((((118 + (171 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_MAJORITY_WORDS) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.

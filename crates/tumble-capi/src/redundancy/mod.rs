@@ -59,7 +59,7 @@ pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
 pub const TUMBLE_REDUNDANCY_WORDS: usize = 118
-    + 170 * UNITS
+    + 171 * UNITS
     + 4 * UNITS * UNITS
     + TUMBLE_MAJORITY_WORDS
     + TUMBLE_CALIBRATION_WORDS
@@ -67,13 +67,13 @@ pub const TUMBLE_REDUNDANCY_WORDS: usize = 118
 
 /// Words for the model by which units judge one another, two beside aiding measurements; `cbindgen.toml` has them for C.
 pub const TUMBLE_MAJORITY_WORDS: usize = if MAJORITY == 1 {
-    60 + 254 * UNITS + 121 * UNITS * UNITS / 2
+    60 + 255 * UNITS + 121 * UNITS * UNITS / 2
 } else {
     0
 };
 
 /// Words for a calibration under way; `cbindgen.toml` has them for C.
-pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 304 } else { 0 };
+pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 305 } else { 0 };
 
 /// Words for aiding measurements; `cbindgen.toml` has them for C.
 pub const TUMBLE_AIDING_WORDS: usize = if cfg!(feature = "aiding") {

@@ -1,6 +1,6 @@
 //! Readings of one unit under triangles of 0.1 s at 20 Hz, and what its samples show by themselves.
 //!
-//! Triangles are exact for straight lines between samples (docs/theory/set.md, eq. 1 to 3).
+//! Triangles are exact for straight lines between samples, and close for curves (docs/theory/set.md, eq. 1 to 3).
 
 use super::table::{COUNTED, HOP, HOP_SECONDS, LATE, LONGEST};
 use crate::real::{Real, count, real, seconds, whole_spans};

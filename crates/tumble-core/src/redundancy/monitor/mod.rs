@@ -126,7 +126,7 @@ where
         Self {
             clock: CommonClock::new(),
             histories: [WindowHistory::new(); UNITS],
-            products: [WindowHistory::new(); AT_ONCE],
+            products: [WindowHistory::of_products(); AT_ONCE],
             steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
             isolator: FaultIsolator::new(),
@@ -180,7 +180,7 @@ where
         } = self;
         *clock = CommonClock::new();
         set_all(histories, WindowHistory::new());
-        set_all(products, WindowHistory::new());
+        set_all(products, WindowHistory::of_products());
         set_all(steps, UnitSteps::none());
         set_all(health, Health::new());
         isolator.reset();
@@ -572,7 +572,7 @@ where
     #[inline(never)]
     fn begin_windows(&mut self, time: u64, report: Report<'_, T>) {
         self.histories = [WindowHistory::new(); UNITS];
-        self.products = [WindowHistory::new(); AT_ONCE];
+        self.products = [WindowHistory::of_products(); AT_ONCE];
         self.rest_means = [RestMean::new(); UNITS];
         self.latest_window = OptionalTime::NONE;
         self.lever_arm_correction = LeverArmCorrection::new();

@@ -31,6 +31,14 @@ impl<T: Real> WindowHistory<T> {
         }
     }
 
+    /// Creates a history of products of rates.
+    pub fn of_products() -> Self {
+        Self {
+            windows: Windows::of_products(),
+            recent: [None; KEPT as usize],
+        }
+    }
+
     /// Adds a reading; returns whether it completes a window. Changes from sample to sample are added to
     /// `steps`.
     pub fn push(

@@ -15,6 +15,22 @@ fn windows(times: impl Iterator<Item = u64>, signal: impl Fn(f64) -> f64) -> Vec
         .collect()
 }
 
+/// Mean rates about x under triangles, each with its middle, s.
+fn triangles(times: impl Iterator<Item = u64>, rate: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let mut windows = Windows::<f64, 6>::new();
+    let found: Vec<_> = times
+        .filter_map(|time| {
+            let channels = [0.0, 0.0, 0.0, rate(time as f64 * 1e-6), 0.0, 0.0];
+            windows.push(time, &channels, [true; 2], LENGTH, None)
+        })
+        .collect();
+    let middle = |means: &Means<f64, 6>| f64::from(means.index) * LENGTH as f64 * 1e-6;
+    let pairs = found.windows(2);
+    pairs
+        .map(|pair| (middle(&pair[1]), pair[0].triangle(&pair[1])[3]))
+        .collect()
+}
+
 /// Sample times with random intervals, none longer than a window.
 fn irregular() -> impl Strategy<Value = Vec<u64>> {
     prop::collection::vec(500_u64..LENGTH, 20..200).prop_map(|steps| {
@@ -45,6 +61,25 @@ proptest! {
     }
 
     #[test]
+    fn a_triangle_is_exact_for_a_straight_line_at_even_intervals(
+        first in 0..50_000_u64, interval in 500..LENGTH, offset in -10.0..10.0_f64, slope in -5.0..5.0_f64
+    ) {
+        let times = (0..100).map(|i| first + i * interval);
+        for (middle, mean) in triangles(times, |t| offset + slope * t) {
+            prop_assert!((mean - offset - slope * middle).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn uneven_intervals_shift_a_triangle_by_little(times in irregular(), slope in -5.0..5.0_f64) {
+        // At most what straight lines miss with the longest interval, over a window.
+        let most = LENGTH as f64 * 1e-6 / 12.0 * slope.abs();
+        for (middle, mean) in triangles(times.into_iter(), |t| slope * t) {
+            prop_assert!((mean - slope * middle).abs() <= most + 1e-9);
+        }
+    }
+
+    #[test]
     fn windows_follow_one_another_without_a_gap(times in irregular()) {
         let found = windows(times.into_iter(), |t| t);
         for pair in found.windows(2) {
@@ -63,6 +98,36 @@ proptest! {
             // A straight line misses at most h^2 / 8 times the second derivative, 9, over 50 ms.
             prop_assert!((means.mean[0] - other.mean[0]).abs() < 3e-3);
         }
+    }
+}
+
+#[test]
+fn slow_and_fast_units_have_the_same_gain_of_a_motion() {
+    // The part of a motion of 8 rad/s that means under triangles keep, whatever the rate and the first sample.
+    let gain = |interval: u64, first: u64| {
+        let motion = |t: f64| (8.0 * t).sin();
+        let times = (0..40_000)
+            .map(|i| first + i * interval)
+            .take_while(|t| *t < 40_000_000);
+        let found = triangles(times, motion);
+        let moved: f64 = found.iter().map(|(middle, mean)| mean * motion(*middle)).sum();
+        let power: f64 = found.iter().map(|(middle, _)| motion(*middle).powi(2)).sum();
+        moved / power
+    };
+    let fast = gain(1000, 300);
+    for (interval, first) in [
+        (20_000, 0),
+        (20_000, 7000),
+        (12_500, 3000),
+        (16_129, 0),
+        (33_333, 1000),
+    ] {
+        let reduced = (8.0 * interval as f64 * 1e-6).powi(2) / 12.0;
+        let beyond = gain(interval, first) / fast - 1.0;
+        assert!(
+            beyond.abs() < 0.1 * reduced,
+            "{interval} {first}: {beyond} of {reduced}"
+        );
     }
 }
 
