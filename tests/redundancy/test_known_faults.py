@@ -157,6 +157,17 @@ def test_a_refused_fit_of_one_sensor_counts_whatever_the_other_has(reason, found
     assert kinds(with_events(deviates, refused, adopted, later)) == []
 
 
+@pytest.mark.parametrize(
+    ("reason", "found"), [("residual too large", ["not calibrated"]), ("disagrees with rest", [])]
+)
+def test_agreement_at_rest_answers_no_refusal_by_motion(reason, found):
+    refused = cases.event(45.0, "imu3", "refused", sensor="gyroscope", reason=reason, value=0.5, limit=0.1)
+    adopted = cases.event(46.0, "imu3", "adopted", sensor="accelerometer")
+    figures = {"check": "vector", "deviation": 0.006, "threshold": 0.01, "exceeded": False}
+    agrees = [cases.event(time, "imu3", "evaluated", sensor="gyroscope", **figures) for time in (44.0, 70.0)]
+    assert kinds(with_events(agrees[0], refused, adopted, agrees[1])) == found
+
+
 def test_a_refuted_secondary_is_a_fault_until_it_is_healthy():
     refuted = cases.event(
         40.0, "imu3", "unhealthy", sensor="accelerometer", reason="refuted", value=19.4, limit=4.0

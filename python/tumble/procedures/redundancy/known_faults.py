@@ -47,6 +47,14 @@ COVERED = "already calibrating"
 STORED_AS_GOOD = "not better"
 """Why a fit is refused that explains the motion no better than the stored error, which is no fault."""
 
+SHOWN_BY_MOTION = (
+    "residual too large",
+    "implausible scale",
+    "implausible misalignment",
+    "implausible lever arm",
+)
+"""Why a fit is refused whose cause only motion shows: readings within thresholds at rest are no answer."""
+
 
 @dataclass(frozen=True, slots=True)
 class KnownFault:
@@ -206,14 +214,17 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
 
 
 def _refused_at_last(own: Sequence[RedundancyEvent], sensor: str) -> RedundancyEvent | None:
-    """Returns what refused the last fit of a sensor that still deviates."""
+    """Returns what refused the last fit of a sensor, unless readings at rest have answered it."""
     fits = [
         event
         for event in own
         if event.event in ("adopted", "refused") and event.figures.get("sensor") == sensor
     ]
     is_refused = bool(fits) and fits[-1].event == "refused" and fits[-1].figures["reason"] != STORED_AS_GOOD
-    return fits[-1] if is_refused and not _agrees(own, sensor) else None
+    if not is_refused:
+        return None
+    is_answered = fits[-1].figures["reason"] not in SHOWN_BY_MOTION and _agrees(own, sensor)
+    return None if is_answered else fits[-1]
 
 
 def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
