@@ -249,3 +249,21 @@ def test_a_unit_with_single_axes_is_calibrated_in_those_it_has(tmp_path):
     assert found["gyroscope"]["bias"][2] == pytest.approx(BIASED.gyroscope_bias[2], abs=5e-4)
     np.testing.assert_allclose(found["accelerometer"]["bias"][:2], BIASED.accelerometer_bias[:2], atol=0.02)
     assert all(span["unit"] == "imu1" for span in result["selected"])
+
+
+def test_a_source_that_deviates_at_a_later_rest_is_named(tmp_path):
+    """Evaluations to calibrate are ten minutes apart; what a rest shows of the source is known."""
+    said = record([PRIMARY, SOUND], 43, motion(rest=6.0, moving=8.0, after=6.0))
+    primary, other = said.values()
+    primary.readings[primary.between(9.0, np.inf), 3] += 0.1
+    # Nothing else shows it: the secondary has no gyroscope.
+    paths = [primary.write(tmp_path / "imu1.csv"), tmp_path / "other.csv"]
+    table = np.column_stack([other.time, other.readings[:, :3]])
+    np.savetxt(paths[1], table, delimiter=",", header="time,ax,ay,az", comments="", fmt="%.6f")
+    _, events = replay(*units(paths), "-o", tmp_path / "out", code=3)
+    shown = [
+        event["figures"]["exceeded"]
+        for event in of(events, "imu1", "evaluated")
+        if event["time"] > 14.0 and event["figures"]["sensor"] == "gyroscope"
+    ]
+    assert shown == [True]

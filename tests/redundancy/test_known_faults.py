@@ -51,7 +51,7 @@ def test_jumping_primary_of_three_is_named_with_successor_and_exits_0(
 
 def test_two_units_that_disagree_across_gravity_lead_and_exit_3(tmp_path):
     """A smooth change shows no step, and one across gravity equals a tilt."""
-    done = flown(tmp_path, 1, f"bias-drift:end={FAULT + 2}:size=1.5")
+    done = flown(tmp_path, 1, f"bias-drift:end={FAULT + 2}:size=1.3")
     said = " ".join(done.out.split())
     told = rf"primary and secondary_1 disagree since {FAULT}\.\d\d s, and nobody knows which is wrong"
     assert done.code == 3

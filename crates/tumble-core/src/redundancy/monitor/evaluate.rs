@@ -205,6 +205,7 @@ where
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return [None; 2];
         }
+        let rest = &mut self.rest;
         SENSORS.map(|sensor| {
             let primary = PrimaryAtRest {
                 sensor,
@@ -215,7 +216,9 @@ where
             let deviation = primary.deviation(&settings.evaluation);
             let off = primary.off_physics(Data::Compensated, settings.evaluation.gravity);
             health.at_rest(sensor, off, settings.health.rest.of(sensor));
-            if reports {
+            // What a rest shows of the source is known whether or not an evaluation was due.
+            let is_news = rest.shows(sensor, deviation.exceeds());
+            if reports || is_news {
                 report(Event {
                     time,
                     unit: 0,

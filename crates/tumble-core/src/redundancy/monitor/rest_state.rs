@@ -2,6 +2,7 @@
 
 use crate::real::Real;
 use crate::redundancy::optional_time::OptionalTime;
+use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::EvaluationSettings;
 
 /// Duration of the rest, and time of its evaluation.
@@ -26,6 +27,8 @@ pub struct RestState {
     /// True if this rest was not evaluated yet, and the time of the latest evaluation, microseconds.
     fresh: bool,
     latest: OptionalTime,
+    /// True for a sensor of the primary that deviated at the latest rest.
+    deviates: [bool; 2],
 }
 
 /// Successive windows without a rest, and windows in all, after which no first rest is expected.
@@ -79,7 +82,13 @@ impl RestState {
             has_moved: false,
             fresh: true,
             latest: OptionalTime::NONE,
+            deviates: [false; 2],
         }
+    }
+
+    /// Notes whether a sensor of the primary deviates at this rest; returns whether it did otherwise at the one before.
+    pub fn shows(&mut self, sensor: Sensor, deviates: bool) -> bool {
+        core::mem::replace(sensor.of_mut(&mut self.deviates), deviates) != deviates
     }
 
     /// Returns whether a first rest may still come, at which physics decides before units are compared.
