@@ -216,7 +216,7 @@ where
             let deviation = primary.deviation(&settings.evaluation);
             let off = primary.off_physics(Data::Compensated, settings.evaluation.gravity);
             health.at_rest(sensor, off, settings.health.rest.of(sensor));
-            // What a rest shows of the source is known whether or not an evaluation was due.
+            // A rest shows the source as it is, whether or not an evaluation was due.
             let is_news = rest.shows(sensor, deviation.exceeds());
             if reports || is_news {
                 report(Event {
