@@ -69,7 +69,14 @@ METADATA = "version,device name,platform,standardisation\n3,a phone,{platform},{
 
 @pytest.mark.parametrize(
     ("platform", "standardised", "sign"),
-    [("ios", "false", -1.0), ("ios", "true", 1.0), ("android", "false", 1.0), (None, None, 1.0)],
+    [
+        ("ios", "false", -1.0),
+        ("ios", "true", 1.0),
+        ("android", "false", 1.0),
+        (None, None, 1.0),
+        # Without a word of the app readings in g are those of iOS.
+        (None, None, -1.0),
+    ],
 )
 def test_sensor_logger_without_standard_axes_reads_minus_g(tmp_path, platform, standardised, sign):
     unit = 9.80665 if sign < 0.0 else 1.0

@@ -9,6 +9,8 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_status import is_file, is_folder
 from tumble.foundation.files import note_input
@@ -45,6 +47,8 @@ _TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
 _METADATA = "Metadata.csv"
 """Facts that Sensor Logger states of a recording: a line of names, and a line of values."""
 _METADATA_BYTES = 1 << 14
+_NEAR_G = 3.0
+"""Factor about 1 within which the middle of lengths in g lies: in m/s^2 it is near 9.8."""
 _WITHOUT_GRAVITY = "seconds_elapsed"
 """A column of Sensor Logger."""
 
@@ -83,8 +87,12 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         )
     found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
     unit = _stated(accelerometer, "accelerometer")
-    if _is_raw_of_ios(pair[0].parent):
-        found, unit = _with_sign_changed(found), unit or StatedUnit("g", DOCUMENTED)
+    folder = pair[0].parent
+    is_bare = _WITHOUT_GRAVITY in accelerometer.layout.names and not is_file(folder / _METADATA)
+    shows = unit is None and is_bare and _reads_g(found)
+    if shows or _is_raw_of_ios(folder):
+        found = _with_sign_changed(found, "readings in g" if shows else _METADATA)
+        unit = unit or StatedUnit("g", DOCUMENTED)
     return replace(
         found,
         accelerometer_unit=unit,
@@ -110,7 +118,14 @@ def _is_raw_of_ios(folder: Path) -> bool:
     return stated.get("platform") == "ios" and stated.get("standardisation") == "false"
 
 
-def _with_sign_changed(found: LoggedImu) -> LoggedImu:
+def _reads_g(found: LoggedImu) -> bool:
+    """Returns whether lengths are about 1: Android, and iOS with "Standardise" on, are in m/s^2."""
+    lengths = np.linalg.norm(found.head().accelerometer, axis=1)
+    known = lengths[np.isfinite(lengths)]
+    return len(known) > 0 and 1.0 / _NEAR_G < float(np.median(known)) < _NEAR_G
+
+
+def _with_sign_changed(found: LoggedImu, shown_by: str) -> LoggedImu:
     def changed(samples: RawSamples) -> RawSamples:
         return replace(samples, accelerometer=-samples.accelerometer)
 
@@ -118,7 +133,7 @@ def _with_sign_changed(found: LoggedImu) -> LoggedImu:
         found,
         read=lambda transform: found.read(lambda samples: transform(changed(samples))),
         head=lambda: changed(found.head()),
-        notices=(*found.notices, f"sign of the accelerometer changed, as iOS reads -g upwards ({_METADATA})"),
+        notices=(*found.notices, f"sign of the accelerometer changed, as iOS reads -g upwards ({shown_by})"),
     )
 
 
