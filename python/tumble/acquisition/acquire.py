@@ -17,7 +17,6 @@ from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.standstills import Standstill, standstills
 from tumble.acquisition.thermometer import ThermometerFault, ThermometerWatch, thermometer_notices
 from tumble.calibration.temperature_counts import TemperatureCounts
-from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.debugging import debug, is_debugged
 from tumble.foundation.errors import ProcedureError
@@ -61,7 +60,10 @@ def acquire(
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, two files show one pose, or one is a copy of another.
     """
-    calibration = None if calibration is None else in_axes(calibration, recording.metadata.body)
+    if calibration is not None:
+        from tumble.calibration.turned_axes import in_axes
+
+        calibration = in_axes(calibration, recording.metadata.body)
     segmenter = _core.Segmenter(
         rates=rates,
         pace_sigma=recording.metadata.pace_sigma,
