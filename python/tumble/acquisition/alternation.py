@@ -18,7 +18,7 @@ _MOST_BLOCKS = 400
 """Blocks that are looked at: three minutes at 500 Hz."""
 _FEWEST_BLOCKS = 4
 _SIGMAS = 10.0
-"""Median over blocks of a difference of medians, in its sigmas: 2.4 at most in two channels of 170 recordings,
+"""Median over blocks of a difference of medians, in its sigmas: at most 2.4 in two channels of 170 logs,
 6.4 where a line lies at a share of the sample rate, 100 where two units with usual biases take turns."""
 _ORDINALS = {2: "second", 3: "third", 4: "fourth"}
 _FEWEST_CHANNELS = 2
