@@ -81,8 +81,12 @@ def with_sample_times(recording: Recording) -> Recording:
         )
     if recording.metadata.rate is not None:
         return recording
-    recording = _beside_arrival(recording)
-    if not _begins_late(recording):
+    first = _first_chunk(recording)
+    if first is None:
+        return recording
+    if first.received is not None:
+        recording = _beside_arrival(recording)
+    if not _core.stamps_are_late(np.ascontiguousarray(first.time)):
         return recording
     times, remark, stamp_sigma = _fitted(recording)
     remarks = (*recording.metadata.remarks, *([remark] if remark else []))
@@ -99,13 +103,10 @@ def _beside_arrival(recording: Recording) -> Recording:
 
     The difference of both clocks is then 1-sigma of the pace (docs/theory/clocks.md).
     """
-    stream, watch = recording.chunks(), ArrivalWatch()
-    for chunk in stream:
-        if chunk.received is None:
-            break
-        watch.push(chunk.time, chunk.received)
-    if isinstance(stream, ChunkStream):
-        stream.close()
+    watch = ArrivalWatch()
+    for chunk in recording.chunks():
+        if chunk.received is not None:
+            watch.push(chunk.time, chunk.received)
     found = watch.conclude()
     if found is None or not found.drifts:
         return recording
@@ -122,12 +123,12 @@ def _beside_arrival(recording: Recording) -> Recording:
     return replace(recording, metadata=replace(metadata, pace_sigma=pace, remarks=remarks))
 
 
-def _begins_late(recording: Recording) -> bool:
+def _first_chunk(recording: Recording) -> Chunk | None:
     stream = recording.chunks()
     first = next(iter(stream), None)
     if isinstance(stream, ChunkStream):
         stream.close()
-    return first is not None and _core.stamps_are_late(np.ascontiguousarray(first.time))
+    return first
 
 
 def _fitted(recording: Recording) -> Fitted:
