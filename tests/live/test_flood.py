@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from datagrams import Backlog
 from tumble.foundation.errors import LogError
 from tumble.live import rows
 from tumble.live.address import parse_address
@@ -16,26 +17,6 @@ JUNK = [b"junk " * 20, b"{" + b"x" * 50, b"[1,2,3]", b"status: ok, temperature f
 
 def sample(number):
     return b'{"t": %f, "acc": [0.1, 0.2, 9.8], "gyro": [0, 0.01, 0]}' % (number / 100.0)
-
-
-class Backlog:
-    """Datagrams that wait in a socket, each with its sender."""
-
-    whole = True
-    joined_midway = False
-    reorder_window = 0.0
-    unread = 0
-    notices = ()
-    sender = None
-
-    def __init__(self):
-        self.waiting = []
-
-    def receive(self):
-        if not self.waiting:
-            return b""
-        self.sender, datagram = self.waiting.pop(0)
-        return datagram
 
 
 @pytest.fixture

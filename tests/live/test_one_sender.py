@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from datagrams import Backlog
 from live_fixtures import resting, text_lines
 from ports import free_port
 from tumble.live import open_set, open_source
@@ -29,27 +30,11 @@ def rows(table, kind):
     return lines if kind == "named" else lines[1:]
 
 
-class Port:
-    """Datagrams that wait in a socket, each with its sender."""
-
-    whole, joined_midway, reorder_window, unread, notices = True, False, 0.0, 0, ()
-    sender = None
-
-    def __init__(self):
-        self.waiting = []
-
-    def receive(self):
-        if not self.waiting:
-            return b""
-        self.sender, datagram = self.waiting.pop(0)
-        return datagram
-
-
 @pytest.fixture
 def port():
     """A source at a port, and what waits there."""
     address, options = parse_address("udp://:9000"), ReadOptions(gyroscope_unit="rad/s")
-    transport = Port()
+    transport = Backlog()
     source = TextLine(address, options, transport, "udp").unit(address, options)
     source.line.units.append(source)
     return source, transport

@@ -18,6 +18,20 @@ use super::samples::MultiposeSamples;
 use crate::simulate::stream::{StreamPurpose, normal_vector, stream};
 use crate::turntable::flicker::remembered;
 
+/// Rests and turns of a gyroscope without noise or g-sensitivity, at a latitude that is not known.
+fn without_noise(rests: Vec<RestDirection>, turns: Vec<Turn>) -> Rotations {
+    Rotations {
+        remembered: DMatrix::zeros(rests.len(), rests.len()),
+        rests,
+        turns,
+        full_turns: Vec::new(),
+        accelerometer_covariance: SMatrix::zeros(),
+        noise: [Noise::none(); 3],
+        g_sensitivity: false,
+        latitude: None,
+    }
+}
+
 const GRAVITY: f64 = 9.8;
 const SIGMA: f64 = 1e-3;
 
@@ -381,16 +395,7 @@ fn a_turn_is_advised_about_the_axis_that_no_turn_was_about() {
             variance: 1e-6,
         });
     }
-    let data = Rotations {
-        remembered: DMatrix::zeros(rests.len(), rests.len()),
-        rests,
-        turns,
-        full_turns: Vec::new(),
-        accelerometer_covariance: SMatrix::zeros(),
-        noise: [Noise::none(); 3],
-        g_sensitivity: false,
-        latitude: None,
-    };
+    let data = without_noise(rests, turns);
     let fit = fit_rates(&data).expect("solvable");
     let next = next_turn(&data, &fit).expect("turns");
     assert!(next.axis.z.abs() > 0.7, "{next:?}");
@@ -469,16 +474,7 @@ fn quiet_session(seed: u64, scale: f64, bias: &Vector3<f64>) -> Rotations {
         }
         (up, earth) = (Rotation3::new(-rate) * up, Rotation3::new(-rate) * earth);
     }
-    Rotations {
-        remembered: DMatrix::zeros(rests.len(), rests.len()),
-        rests,
-        turns,
-        full_turns: Vec::new(),
-        accelerometer_covariance: SMatrix::zeros(),
-        noise: [Noise::none(); 3],
-        g_sensitivity: false,
-        latitude: None,
-    }
+    without_noise(rests, turns)
 }
 
 /// Attitudes of a gyroscope that was not calibrated yet left 1 % of the Earth's rotation in the bias, four to six sigmas.
