@@ -176,7 +176,7 @@ def test_cancel_ends_a_job_that_resume_completes(tmp_path):
         while (done := typed("fleet", "cancel", job_file)).code:
             assert process.poll() is None, done.err
         gate.open()
-        assert process.wait() == 130
+        assert process.wait() == 130, process.communicate()
     shown = json.loads(typed("fleet", "status", job_file, "--json").out)
     assert shown["verdict"] == "cancelled"
     assert 0 < shown["done"] < 400

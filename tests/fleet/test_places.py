@@ -13,9 +13,10 @@ from hostile_places import patient
 from made_up_calibrations import made_up, save
 from tumble.fleet.inputs import inputs_of
 from tumble.fleet.job import FleetJob
+from tumble.fleet.ledger import KIND
 from tumble.fleet.parts import ENDING, FOLDER, part_tables
 from tumble.fleet.places import FileStore
-from tumble.foundation import stores
+from tumble.foundation import file_reading, files, stores
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.stores import STORES, Store, StoreError
 from tumble.laboratory.documents import Documents
@@ -146,3 +147,29 @@ def test_a_copy_ends_once_it_is_longer_than_was_listed(bucket, tmp_path, monkeyp
     with pytest.raises(StoreError, match="is not as long"):
         Store("memory://day/a.csv").copy(tmp_path)
     assert sum(sent) == 110
+
+
+@pytest.mark.parametrize("written", [True, False], ids=["written", "removed"])
+def test_a_file_that_comes_or_goes_while_it_is_read_is_no_error(tmp_path, monkeypatch, written):
+    """A driver looks for `cancel` while another process writes it, and a status is replaced while read."""
+    place, file = FileStore(str(tmp_path)), tmp_path / "cancel"
+
+    def missed(path):
+        file.write_text("x") if written else file.unlink(missing_ok=True)
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(file_reading, "open_regular", missed)
+    assert place.read("cancel") is None
+
+
+def test_a_file_that_goes_while_it_is_replaced_or_removed_is_no_error(tmp_path, monkeypatch):
+    place, file = FileStore(str(tmp_path)), tmp_path / "cancel"
+
+    def missed(path):
+        file.unlink()
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(files, "open_regular", missed)
+    for use in (lambda: place.write("cancel", b"y", KIND), lambda: place.remove("cancel", KIND)):
+        file.write_text("x")
+        use()

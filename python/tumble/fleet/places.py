@@ -8,7 +8,7 @@ from typing import Any
 
 from tumble.foundation.errors import TumbleError, shown
 from tumble.foundation.file_reading import read_whole
-from tumble.foundation.file_status import exists, paths_like
+from tumble.foundation.file_status import paths_like
 from tumble.foundation.files import FileKind, refuse_links_to, remove_made, write_shared
 from tumble.foundation.stores import Store, StoreError, store_error
 from tumble.foundation.words import quoted
@@ -35,10 +35,11 @@ class FileStore(Store):
         if self.is_local:
             try:
                 return read_whole(path, _LARGEST, "part of a job", error=StoreError)
-            except StoreError:
-                if exists(path):
-                    raise
-                return None  # another driver may have removed it meanwhile
+            except StoreError as error:
+                # What failed decides: another process may write or remove the file at any moment.
+                if isinstance(error.__cause__, FileNotFoundError | NotADirectoryError):
+                    return None
+                raise
         try:
             content: bytes = self.files.cat_file(path, start=0, end=_LARGEST + 1)
         except FileNotFoundError:

@@ -359,8 +359,7 @@ def write_shared(path: Path, content: bytes, kind: FileKind, root: Path) -> None
     try:
         with unfinished.open("xb") as file:
             file.write(content)
-        if stands_there(path):
-            _refuse_unmarked(path, kind)
+        _refuse_others(path, kind)
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
@@ -374,9 +373,8 @@ def remove_made(*paths: Path, kind: FileKind | None = None) -> None:
     """
     for path in paths:
         try:
-            if stands_there(path):
-                _refuse_unmarked(path, kind) if kind is not None else refuse_others_name(path)
-                path.unlink(missing_ok=True)
+            _refuse_others(path, kind) if kind is not None else refuse_others_name(path)
+            path.unlink(missing_ok=True)
         except OSError as error:
             reason = error.strerror or error
             raise OutputError(f"{path}: cannot be removed: {reason}; remove it by hand") from error
@@ -578,6 +576,12 @@ def refuse_linked_folder(folder: Path) -> None:
         raise OutputError(f"{folder}: is a link, and is kept; give another folder, or remove it first")
     if stands_there(folder) and not is_folder(folder):
         raise OutputError(f"{folder}: is no folder, and is kept; give another folder, or remove it first")
+
+
+def _refuse_others(path: Path, kind: FileKind) -> None:
+    """Raises `OutputError` for a file that Tumble did not write; another process may remove it meanwhile."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        _refuse_unmarked(path, kind)
 
 
 def _refuse_unmarked(path: Path, kind: FileKind) -> None:
