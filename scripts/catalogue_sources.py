@@ -131,7 +131,12 @@ def rust_texts(source: str, name: str) -> Iterator[SourceText]:
     for text in _RUST_TEXT.findall(source):
         joined = re.sub(r"\\\n\s*", "", text)
         if _WORD.search(joined):
-            yield SourceText(re.sub(r"\{(\w+):[^}]*\}", r"{\1}", joined), name)
+            yield SourceText(_without_formats(joined), name)
+
+
+def _without_formats(text: str) -> str:
+    """Returns a text whose places are names alone, without the format of a value."""
+    return re.sub(r"\{(\w+):[^}]*\}", r"{\1}", text)
 
 
 def _is_call_of(node: ast.AST, *names: str) -> TypeGuard[ast.Call]:
@@ -147,7 +152,7 @@ def _context_of(call: Any) -> str:  # noqa: ANN401 - a call, or none
 
 def _text_of(node: ast.AST) -> str | None:
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        return node.value.strip()
+        return _without_formats(node.value.strip())
     if not isinstance(node, ast.JoinedStr):
         return None
     expressions: dict[str, str] = {}

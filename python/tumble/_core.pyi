@@ -65,6 +65,27 @@ def steps(time: FloatArray) -> tuple[int, int]:
 def failed_reads(readings: FloatArray) -> list[int]:
     """Rows of (n, 3) readings of a triad, SI, whose read failed: zero amid readings that are far from it."""
 
+FROZEN: float
+"""s for which readings may stand still, as long as samples may be missing."""
+
+def standstills(
+    time: FloatArray, accelerometer: FloatArray | None, gyroscope: FloatArray | None
+) -> tuple[list[tuple[int, int]], list[tuple[str, float, float, float]]]:
+    """Stretches in which all channels that were recorded repeat their readings, and channels that do alone.
+
+    A stretch is given by its first and last place, a channel by its name, value, SI, and first and last s.
+    """
+
+class AlternationWatch:
+    """Compares the medians of every second, third and fourth sample, less the motion, block by block."""
+
+    def __init__(self) -> None: ...
+    def push(self, accelerometer: FloatArray | None, gyroscope: FloatArray | None) -> None:
+        """Takes in successive (n, 3) readings, SI; None of a triad that was not recorded."""
+    @property
+    def units(self) -> int:
+        """Number of units that take turns; 1 where nothing shows that it is more than one."""
+
 def scatter_of_steps(stamps: FloatArray) -> float:
     """Scatter, s, of the steps between (n,) stamps, s, that no times fit."""
 

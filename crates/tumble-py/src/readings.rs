@@ -4,7 +4,7 @@ use numpy::ndarray::{ArrayViewMut1, Zip};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyReadwriteArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use tumble_lab::acquisition;
+use tumble_lab::acquisition::{self, CHANNEL_NAMES};
 
 use crate::convert::rows;
 
@@ -74,6 +74,83 @@ fn failed_reads(py: Python<'_>, readings: PyReadonlyArray2<'_, f64>) -> PyResult
     Ok(py.detach(|| acquisition::failed_reads(readings)))
 }
 
+/// Compares the medians of every second, third and fourth sample, block by block.
+#[pyclass(module = "tumble._core", name = "AlternationWatch")]
+#[derive(Default)]
+pub struct PyAlternationWatch {
+    watch: acquisition::AlternationWatch,
+}
+
+#[pymethods]
+impl PyAlternationWatch {
+    /// Nothing seen yet.
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in successive readings, (n, 3) SI each; None of a triad that was not recorded.
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        accelerometer: Option<PyReadonlyArray2<'_, f64>>,
+        gyroscope: Option<PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<()> {
+        let triads = [
+            recorded(accelerometer.as_ref(), "accelerometer")?,
+            recorded(gyroscope.as_ref(), "gyroscope")?,
+        ];
+        py.detach(|| self.watch.push(triads));
+        Ok(())
+    }
+
+    /// Number of units that take turns; 1 where nothing shows that it is more than one.
+    #[getter]
+    fn units(&self) -> usize {
+        self.watch.units()
+    }
+}
+
+/// Rows of a triad that may not have been recorded.
+fn recorded<'a>(
+    array: Option<&'a PyReadonlyArray2<'_, f64>>,
+    name: &str,
+) -> PyResult<Option<&'a [[f64; 3]]>> {
+    array.map(|each| rows(each, name)).transpose()
+}
+
+/// A channel that repeated one reading while others went on: name, value SI, first s, last s.
+type Stuck = (&'static str, f64, f64, f64);
+
+/// Stretches, by first and last place, in which all recorded channels repeated their readings, and channels that did so alone.
+#[pyfunction]
+#[pyo3(signature = (time, accelerometer, gyroscope))]
+fn standstills(
+    py: Python<'_>,
+    time: PyReadonlyArray1<'_, f64>,
+    accelerometer: Option<PyReadonlyArray2<'_, f64>>,
+    gyroscope: Option<PyReadonlyArray2<'_, f64>>,
+) -> PyResult<(Vec<acquisition::Repetition>, Vec<Stuck>)> {
+    let force = recorded(accelerometer.as_ref(), "accelerometer")?;
+    let rate = recorded(gyroscope.as_ref(), "gyroscope")?;
+    let time = time.as_slice()?;
+    if [force, rate]
+        .iter()
+        .flatten()
+        .any(|each| each.len() != time.len())
+    {
+        return Err(PyValueError::new_err(
+            "time, accelerometer and gyroscope must have the same length",
+        ));
+    }
+    let found = py.detach(|| acquisition::standstills(time, [force, rate]));
+    let stuck = found.stuck.iter().map(|each| {
+        let (first, last) = each.run;
+        (CHANNEL_NAMES[each.channel], each.value, time[first], time[last])
+    });
+    Ok((found.frozen, stuck.collect()))
+}
+
 /// Numbers of (n,) times that are before the one before them, or not comparable with it, and that equal it.
 #[pyfunction]
 fn steps(py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> (usize, usize) {
@@ -90,8 +167,11 @@ fn steps(py: Python<'_>, time: PyReadonlyArray1<'_, f64>) -> (usize, usize) {
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyAlternationWatch>()?;
     module.add_function(wrap_pyfunction!(failed_reads, module)?)?;
     module.add_function(wrap_pyfunction!(gather, module)?)?;
     module.add_function(wrap_pyfunction!(largest, module)?)?;
+    module.add_function(wrap_pyfunction!(standstills, module)?)?;
+    module.add("FROZEN", acquisition::FROZEN)?;
     module.add_function(wrap_pyfunction!(steps, module)?)
 }

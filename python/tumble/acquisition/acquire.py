@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition import messages
 from tumble.acquisition.alternation import AlternationWatch
 from tumble.acquisition.duplicate_sensors import UnitHeads, refuse_copies
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
-from tumble.acquisition.messages import REST_REJECTIONS
-from tumble.acquisition.standstills import Standstill, standstills
+from tumble.acquisition.standstills import standstills
 from tumble.acquisition.thermometer import ThermometerFault, ThermometerWatch, thermometer_notices
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.constants import STANDARD_GRAVITY
@@ -76,7 +76,7 @@ def acquire(
     failed: list[ThermometerFault] = []
     turns = AlternationWatch(recording.metadata.triads)
     frozen: list[tuple[float, float]] = []
-    stuck: list[Standstill] = []
+    stuck: list[ChannelFault] = []
     samples = 0
     duration = 0.0
     start = math.nan
@@ -138,7 +138,7 @@ def acquire(
         heads.gyroscope_digest(),
         heads.twice(),
         next(iter(digests.values())),
-        tuple(fault_of(each, about.triads) for each in stuck),
+        tuple(stuck),
         tuple(failed),
     )
 
@@ -146,16 +146,7 @@ def acquire(
 def stood_still(frozen: Sequence[tuple[float, float]], time: LogTime) -> Iterator[str]:
     """Describes stretches, s, in which all readings stood still."""
     for first, last in frozen:
-        yield (
-            f"all readings stood still from {time.span(first, last)} s, as those of no sensor with noise do: "
-            "that time is left out"
-        )
-
-
-def fault_of(found: Standstill, triads: Sequence[Triad]) -> ChannelFault:
-    """Returns a standstill as the fault of a channel."""
-    channel = f"{triads[found.channel // 3]} {'xyz'[found.channel % 3]}"
-    return ChannelFault(channel, "stuck", found.value, found.first, found.last)
+        yield messages.STOOD_STILL.format(span=time.span(first, last))
 
 
 def _say_what_was_read(
@@ -166,7 +157,7 @@ def _say_what_was_read(
     rests, turns = len(acquired.rest_specific_force), len(acquired.turn_angles)
     debug(__name__, "%s: %d samples over %.3f s, %d rests, %d turns", name, samples, duration, rests, turns)
     for start, end, why in acquired.rejected_rests:
-        debug(__name__, "%s: %.3f to %.3f s is no rest: %s", name, start, end, REST_REJECTIONS[why])
+        debug(__name__, "%s: %.3f to %.3f s is no rest: %s", name, start, end, messages.REST_REJECTIONS[why])
     for notice in notices:
         debug(__name__, "%s: %s", name, notice)
 
@@ -251,13 +242,11 @@ def _time(unit: _core.Acquired, time: LogTime) -> str:
 def dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
     """Names a channel that shows nothing, or nothing at rest; empty if there is none."""
     for channel, kind, value, first, last, *_ in faults:
+        known = {"channel": channel, "value": value, "unit": si_unit(channel)}
         if kind == "stuck":
-            span = f"from {time.span(first, last)} s"
-            seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"
-            return f"{seen} {span}; check the sensor and its column"
+            return messages.STUCK.format(**known, span=time.span(first, last))
         if kind == "saturated at rest":
-            seen = _saturated(channel, value, time.at(first, 3))
-            return f"{seen}, while the unit stood still; choose a larger range"
+            return messages.SATURATED_AT_REST.format(**known, first=time.at(first, 3))
     return ""
 
 
@@ -286,7 +275,7 @@ def _rests(unit: _core.Acquired, time: LogTime) -> str:
     if found >= FEWEST_RESTS or unit.constant_rates:
         return ""
     refused = "".join(
-        f"; {time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
+        f"; {time.span(start, end)} s is not a rest: {messages.REST_REJECTIONS[why]}"
         for start, end, why in unit.rejected_rests[:3]
     )
     return (
@@ -427,7 +416,9 @@ def rests_after_rates(unit: _core.Acquired) -> frozenset[int]:
 
 def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     """Lists the stretches that only looked like rests, with the reason."""
-    return tuple(unused_rest(start, end, REST_REJECTIONS[why]) for start, end, why in unit.rejected_rests)
+    return tuple(
+        unused_rest(start, end, messages.REST_REJECTIONS[why]) for start, end, why in unit.rejected_rests
+    )
 
 
 def unused_rest(start: float, end: float, why: str) -> Rest:

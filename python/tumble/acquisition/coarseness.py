@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tumble import _core
+from tumble.acquisition import messages
 from tumble.foundation.units import TRIADS, UNITS, Triad
 
 
@@ -48,10 +49,7 @@ def _about_steps(triad: Triad, found: Sequence[CoarseChannel]) -> Iterator[str]:
         return
     axes, unit = ", ".join(each.axis for each in found), UNITS[triad]
     step, sigma = max(each.step for each in found), max(each.sigma for each in found)
-    yield (
-        f"{triad} {axes}: a resolution of {step:.2g} {unit} is coarser than the noise; rounding leaves "
-        f"{sigma:.2g} {unit} on a mean, which the sigmas include; log more digits, or choose a smaller range"
-    )
+    yield messages.COARSE.format(triad=triad, axes=axes, step=step, sigma=sigma, unit=unit)
 
 
 def _about_the_dead_band(triad: Triad, found: Sequence[CoarseChannel]) -> Iterator[str]:
@@ -59,8 +57,4 @@ def _about_the_dead_band(triad: Triad, found: Sequence[CoarseChannel]) -> Iterat
         return
     axes, unit = ", ".join(each.axis for each in found), UNITS[triad]
     width, zeros = max(each.dead_band for each in found), 100.0 * max(each.zeros for each in found)
-    yield (
-        f"{triad} {axes}: {zeros:.0f} % of the samples at rest read exactly zero, and no other is below "
-        f"{width:.2g} {unit}: a dead band hides the bias, and the sigmas include that; switch it off in the "
-        "sensor"
-    )
+    yield messages.DEAD_BAND.format(triad=triad, axes=axes, zeros=zeros, width=width, unit=unit)

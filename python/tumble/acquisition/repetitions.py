@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble import _core
 from tumble.foundation.recording import Chunk, FloatArray
 
-FROZEN = 0.25
+FROZEN: Final = _core.FROZEN
 """s for which all readings may stand still, as long as samples may be missing."""
 COARSE = 0.05
 """Share of readings that are repeated, above which a sensor is too coarse to show that it froze."""

@@ -64,6 +64,12 @@ class Chunk:
         return len(self.time)
 
 
+def recorded_rows(chunk: Chunk, triads: Sequence[Triad]) -> Iterator[FloatArray | None]:
+    """Yields the (n, 3) readings of accelerometer and gyroscope, SI; None for one that was not recorded."""
+    for triad in TRIADS:
+        yield np.ascontiguousarray(getattr(chunk, triad)) if triad in triads else None
+
+
 ASSUMED = "assumed"
 """Reason of a unit that neither log nor user states, and that readings leave open."""
 AT_REST = "bias and noise at rest"

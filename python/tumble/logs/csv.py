@@ -49,6 +49,7 @@ _BLOCKS_AHEAD = min(4, _CORES)
 _LONGEST_SHOWN = 40
 _ODD = re.compile("[^\t\x20-\x7e]")
 RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
+RATE_FROM_LINE = "rate of {rate:.6g} Hz from the line '{key}' before the columns"
 
 
 @cache
@@ -162,7 +163,7 @@ def _stated_rate(
     for key in RATE_KEYS:
         rate = number_of(layout.preamble.get(key, "").lower().removesuffix("hz"))
         if rate is not None and 0.0 < rate < math.inf:
-            return rate, (f"rate of {rate:g} Hz from the line {key!r} before the columns",)
+            return rate, (RATE_FROM_LINE.format(rate=rate, key=key),)
     return None, ()
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import dead_channel, fault_of, stood_still
+from tumble.acquisition.acquire import dead_channel, stood_still
 from tumble.acquisition.alternation import AlternationWatch
 from tumble.acquisition.coarseness import coarse_channels, coarse_notices
 from tumble.acquisition.duplicate_sensors import UnitHeads
-from tumble.acquisition.imu import faults_of
-from tumble.acquisition.standstills import Standstill, standstills
+from tumble.acquisition.imu import ChannelFault, faults_of
+from tumble.acquisition.standstills import standstills
 from tumble.foundation.arrays import AXES
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.growing_array import GrowingArray
@@ -85,7 +85,7 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     times, forces, rates = GrowingArray(), GrowingArray(AXES), GrowingArray(AXES)
     samples = 0
     frozen: list[tuple[float, float]] = []
-    stuck: list[Standstill] = []
+    stuck: list[ChannelFault] = []
     stream = unit.recording.chunks()
     for logged in stream:
         turns.push(logged)
@@ -108,7 +108,7 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     _refuse_if_backwards(unit.name, time)
     acquired = segmenter.finish()
     log_time = LogTime(float(time[0]))
-    faults = [*(fault_of(each, TRIADS) for each in stuck), *faults_of(acquired)]
+    faults = [*stuck, *faults_of(acquired)]
     if fault := dead_channel(faults, log_time) or heads.twice():
         raise ProcedureError(f"{unit.name}: {fault}")
     bias, sigma = _bias_at_rest(acquired)

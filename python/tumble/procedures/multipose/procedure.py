@@ -430,15 +430,15 @@ def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgres
 
 
 def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
-    """Omits frozen samples, which look like a rest in a turn; others move into their place."""
+    """Omits repetitions, which look like a rest in a turn; others take their place, and nothing is copied."""
     if not frozen or samples.temperature is None:
         return samples
     columns = (samples.time, samples.accelerometer, samples.gyroscope, samples.temperature)
-    end = frozen[0][0]
-    for (_, last), (following, _) in zip(frozen, [*frozen[1:], (len(samples), 0)], strict=True):
-        moved = following - last - 1
+    end = frozen[0][0] + 1
+    for (_, last), (following, _) in zip(frozen, [*frozen[1:], (len(samples) - 1, 0)], strict=True):
+        moved = following - last
         for column in columns:
-            column[end : end + moved] = column[last + 1 : following]
+            column[end : end + moved] = column[last + 1 : following + 1]
         end += moved
     return Chunk(*(column[:end] for column in columns))
 
