@@ -18,9 +18,9 @@ from babel.messages.catalog import Message
 from babel.messages.pofile import read_po
 
 from tumble import _core
-from tumble.acquisition import acquire, repetitions
-from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.acquisition import acquire, messages
 from tumble.calibration import document
+from tumble.foundation import sample_rates
 from tumble.foundation.catalogue import PART, SEAM, catalogue_path
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.firmware import ardupilot as firmware_ardupilot
@@ -31,7 +31,8 @@ from tumble.foundation.units import CALIBRATED_UNITS, CHANNELS, TRIADS
 from tumble.logs import checks, columns, csv, row_labels, stated_units, text, unit_evidence, units
 from tumble.logs.options import COUNTS
 from tumble.poses import triads
-from tumble.procedures.multipose import messages, procedure
+from tumble.procedures.multipose import messages as of_multipose
+from tumble.procedures.multipose import procedure
 from tumble.tools.exchange import ardupilot, betaflight, calibration_parts, px4
 from tumble.tools.exchange.ardupilot import ARDUPILOT
 from tumble.tools.exchange.betaflight import BETAFLIGHT
@@ -105,6 +106,7 @@ def _text() -> dict[str, Any]:
         "timeStamp": text._TIME_STAMP.pattern,
         "nulls": pyarrow.csv.ConvertOptions().null_values,
         "rateKeys": csv.RATE_KEYS,
+        "rateFromLine": csv.RATE_FROM_LINE,
         "longestShown": csv._LONGEST_SHOWN,
     }
 
@@ -164,13 +166,39 @@ def _checks() -> dict[str, Any]:
         "smallestSpike": checks._SMALLEST_SPIKE,
         "fewestForSpikes": checks._FEWEST_FOR_SPIKES,
         "shareNotFinite": acquire.LARGEST_SHARE_NOT_FINITE,
-        "frozen": repetitions.FROZEN,
-        "coarse": repetitions.COARSE,
+        "slowest": sample_rates.SLOWEST,
         "noGravityRatio": acquire.NO_GRAVITY_RATIO,
         "largestGravityRatio": acquire.LARGEST_GRAVITY_RATIO,
         "withoutGravity": acquire.WITHOUT_GRAVITY,
         "surrounding": units._SURROUNDING,
-        "restRejections": REST_REJECTIONS,
+        "restRejections": messages.REST_REJECTIONS,
+        "messages": _messages(),
+    }
+
+
+def _messages() -> dict[str, Any]:
+    """Returns the texts on recordings, by the names that the page has for them."""
+    return {
+        "stuck": messages.STUCK,
+        "saturatedAtRest": messages.SATURATED_AT_REST,
+        "takeTurns": messages.TAKE_TURNS,
+        "places": messages.PLACES,
+        "stoodStill": messages.STOOD_STILL,
+        "notRecorded": messages.NOT_RECORDED,
+        "slowRate": sample_rates.TOO_SLOW,
+        "corrected": messages.CORRECTED,
+        "holds": messages.HOLDS,
+        "noRest": messages.NO_REST,
+        "atRangeEnd": messages.AT_RANGE_END,
+        "firstAt": messages.FIRST_AT,
+        "turnsUsed": messages.TURNS_USED,
+        "turnsLeftOut": messages.TURNS_LEFT_OUT,
+        "andMore": messages.AND_MORE,
+        "mostNamed": messages.MOST_NAMED,
+        "coarse": messages.COARSE,
+        "deadBand": messages.DEAD_BAND,
+        "gap": messages.GAP,
+        "missing": messages.MISSING,
     }
 
 
@@ -183,11 +211,11 @@ def _multipose() -> dict[str, Any]:
         "largestNonLinearity": procedure.LARGEST_NON_LINEARITY,
         "notLinear": procedure.NOT_LINEAR,
         "unknowns": procedure._UNKNOWNS,
-        "shares": messages._UNKNOWNS,
-        "notableShare": messages.NOTABLE_SHARE,
-        "sixFaces": messages.SIX_FACES,
-        "noSensorHas": messages.NO_SENSOR_HAS,
-        "notRandom": messages.NOT_RANDOM,
+        "shares": of_multipose._UNKNOWNS,
+        "notableShare": of_multipose.NOTABLE_SHARE,
+        "sixFaces": of_multipose.SIX_FACES,
+        "noSensorHas": of_multipose.NO_SENSOR_HAS,
+        "notRandom": of_multipose.NOT_RANDOM,
         "refusals": _refusals(),
         "units": CALIBRATED_UNITS,
         "stimuli": triads._STIMULI,
@@ -274,7 +302,7 @@ def _is_shown(entry: Message) -> bool:
 def _refusals() -> dict[str, str]:
     """Returns the messages whose text is the same whatever the figures."""
     constant = ("no rests", "no turns", "left-handed gyroscope", "axes coincide", "unsolvable")
-    return {word: messages.MESSAGES[word]({}) for word in constant}
+    return {word: of_multipose.MESSAGES[word]({}) for word in constant}
 
 
 if __name__ == "__main__":

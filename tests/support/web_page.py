@@ -5,16 +5,24 @@ from __future__ import annotations
 import json
 import subprocess
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
 
+import tumble
 from patience import PATIENCE
+from tumble.foundation.errors import TumbleError
+from tumble.logs import ReadOptions
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "out" / "web" / "tumble.html"
 HEADLESS = ROOT / "out" / "web" / "build" / "headless.mjs"
 CORE = ROOT / "target" / "wasm32-unknown-unknown" / "web" / "tumble_web.wasm"
+
+
+DATE, SECONDS = "2023-11-14T22:13:20Z", "1700000000"
+"""Date that page and command write: that of the page, and `SOURCE_DATE_EPOCH` of the command."""
 
 
 def built(path: Path) -> Path:
@@ -36,6 +44,24 @@ def headless(jobs):
     )
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@lru_cache(1)
+def found_in(path: Path, **read):
+    """Returns what the command finds; once for its file and its exports."""
+    options = ReadOptions(
+        rate=read.get("rate"), serial=read.get("serial", ""), gyroscope_unit=read.get("gyroscopeUnit")
+    )
+    return tumble.multipose(path, read=options, raw=read.get("raw", False))
+
+
+def by_command(path: Path, read):
+    """Returns what the command would write, or its line of error without the folders of the log."""
+    try:
+        found = found_in(path, **read)
+    except TumbleError as error:
+        return {"failure": str(error).replace(str(path), path.name)}
+    return {"text": found.calibration.text(), "warnings": list(found.warnings)}
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +17,9 @@ from tumble.logs import ReadOptions
 from tumble.logs.columns import recognise
 from tumble.tools.exchange.registry import TARGETS
 from tumble.tools.simulate import simulate_multipose
-from web_page import headless
+from web_page import DATE, SECONDS, by_command, found_in, headless
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
-DATE, SECONDS = "2023-11-14T22:13:20Z", "1700000000"
 
 RECORDINGS = {
     "mpu9150/imu0.log": {"rate": 100.0},
@@ -46,24 +44,6 @@ RECORDINGS = {
 def one_date(monkeypatch):
     """Has the command write the date that the page is given."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", SECONDS)
-
-
-@lru_cache(1)
-def found_in(path: Path, **read):
-    """Returns what the command finds; once for its file and its exports."""
-    options = ReadOptions(
-        rate=read.get("rate"), serial=read.get("serial", ""), gyroscope_unit=read.get("gyroscopeUnit")
-    )
-    return tumble.multipose(path, read=options, raw=read.get("raw", False))
-
-
-def by_command(path: Path, read):
-    """Returns what the command would write, or its line of error without the folders of the log."""
-    try:
-        found = found_in(path, **read)
-    except TumbleError as error:
-        return {"failure": str(error).replace(str(path), path.name)}
-    return {"text": found.calibration.text(), "warnings": list(found.warnings)}
 
 
 @pytest.mark.skipif(not DATA.exists(), reason=f"no recordings in {DATA}")

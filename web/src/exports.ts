@@ -5,7 +5,7 @@ import { sha256 } from './multipose/calibration';
 import { Failure } from './failure';
 import type { MultiposeResult } from './multipose/procedure';
 import type { TriadResult } from './multipose/triad';
-import { Float, escaped, exact, general } from './printed';
+import { escaped, exact, fixed, Float, general } from './printed';
 
 const table = tables.exports;
 
@@ -229,7 +229,7 @@ function px4(result: MultiposeResult, settings: ExportSettings): string[] {
     if (value >= scaleLimits[0] && value <= scaleLimits[1]) return;
     throw new Failure(
       `${result.recording.name}: ${name} would be ${general(value, 4)}, and PX4 takes ${scaleLimits[0]} to ` +
-        `${scaleLimits[1].toFixed(1)}; calibrate readings in m/s^2`,
+        `${fixed(scaleLimits[1], 1)}; calibrate readings in m/s^2`,
     );
   });
   const lines = [

@@ -1,14 +1,39 @@
 /** Numbers and text as Python prints them, so that messages and files of page and command are the same. */
 
+/** The most decimals that are asked for: no number halfway between two of few digits has more. */
+const ALL = 100;
+
+/** Returns digits cut off before `end` if those behind are exactly a half and the last one is even: Python rounds to even. */
+function evenBelow(digits: string, end: number): string | undefined {
+  const below = digits.slice(0, end).replace(/\.$/, '');
+  return /^\.?50*$/.test(digits.slice(end)) && Number(below.at(-1)) % 2 === 0 ? below : undefined;
+}
+
+/** Prints a number with so many decimals, as `%.1f` does. */
+export function fixed(value: number, decimals: number): string {
+  const digits = value.toFixed(ALL);
+  const point = digits.indexOf('.');
+  return (point < 0 ? undefined : evenBelow(digits, point + 1 + decimals)) ?? value.toFixed(decimals);
+}
+
+/** Prints a number as a mantissa of so many decimals and an exponent, as `%.1e` does. */
+function exponential(value: number, decimals: number): [string, string] {
+  const [mantissa, exponent] = value.toExponential(ALL).split('e');
+  const below = evenBelow(mantissa, mantissa.indexOf('.') + 1 + decimals);
+  if (below !== undefined) return [below, exponent];
+  const [own, power] = value.toExponential(decimals).split('e');
+  return [own, power];
+}
+
 /** Prints a number with so many significant digits, as `%.4g` does. */
 export function general(value: number, digits = 6): string {
   if (Number.isNaN(value)) return 'nan';
   if (!Number.isFinite(value)) return value > 0 ? 'inf' : '-inf';
   if (value === 0) return Object.is(value, -0) ? '-0' : '0';
-  const [mantissa, exponent] = value.toExponential(digits - 1).split('e');
+  const [mantissa, exponent] = exponential(value, digits - 1);
   const power = Number(exponent);
   if (power < -4 || power >= digits) return `${trimmed(mantissa)}e${signed(power)}`;
-  return trimmed(value.toFixed(Math.max(0, digits - 1 - power)));
+  return trimmed(fixed(value, Math.max(0, digits - 1 - power)));
 }
 
 /** Prints a number with its sign and so many significant digits, as `%+.2g` does. */
@@ -19,7 +44,7 @@ export function withSign(value: number, digits: number): string {
 
 /** Prints a number of a sentence, with two significant digits at least and no exponent where there is a way around it. */
 export function plain(value: number): string {
-  return Math.abs(value) >= 10 && Math.abs(value) < 1e6 ? value.toFixed(0) : general(value, 2);
+  return Math.abs(value) >= 10 && Math.abs(value) < 1e6 ? fixed(value, 0) : general(value, 2);
 }
 
 /** Prints a number so that it is read back bit by bit, as `repr` does. */
@@ -47,6 +72,17 @@ function trimmed(text: string): string {
 function signed(power: number): string {
   const size = String(Math.abs(power)).padStart(2, '0');
   return `${power < 0 ? '-' : '+'}${size}`;
+}
+
+const PLACE = /\{(\w+)(?::\.(\d+)([fg]))?\}/g;
+
+/** Puts values into the places of a text of the command, as `str.format` does. */
+export function filled(text: string, values: Record<string, string | number>): string {
+  return text.replaceAll(PLACE, (_, name: string, digits: string | undefined, kind: string | undefined) => {
+    const value = values[name];
+    if (typeof value !== 'number' || digits === undefined) return String(value);
+    return kind === 'f' ? fixed(value, Number(digits)) : general(value, Number(digits));
+  });
 }
 
 /** Prints `1 target`, `5 targets`. */

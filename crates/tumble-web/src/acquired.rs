@@ -4,7 +4,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tumble_core::real::seconds;
 use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyroscope};
-use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES};
+use tumble_lab::acquisition::{
+    Acquired, Acquisition, AlternationWatch, CHANNEL_NAMES, Repetition, Standstill, standstills,
+};
 use tumble_lab::multipose::rest_settings;
 
 use crate::figures::{Samples, vectors};
@@ -16,20 +18,49 @@ pub const SHORTEST_REST: u64 = 1_000_000;
 #[derive(Deserialize)]
 pub struct AcquireRequest {
     temperature: bool,
+    gyroscope: bool,
     pace_sigma: f64,
     stamp_sigma: f64,
 }
 
-/// Cuts a recording into rests and turns.
+/// Cuts a recording into rests and turns, as `tumble` does; stretches in which all stood still are left out.
 pub fn acquire(request: &AcquireRequest, numbers: &[f64]) -> Value {
     let samples = Samples::of(numbers, request.temperature);
+    let triads = samples.triads(request.gyroscope);
+    let still = standstills(samples.time, triads);
+    let mut turns = AlternationWatch::default();
+    turns.push(triads);
     let mut acquisition = Acquisition::new(rest_settings(SHORTEST_REST, 1.0));
     acquisition.begin_part("");
-    acquisition.push(samples.time, samples.force, samples.rate, samples.temperature);
+    acquisition.push(
+        &still.moving(samples.time),
+        &still.moving(samples.force),
+        &still.moving(samples.rate),
+        samples.temperature.map(|each| still.moving(each)).as_deref(),
+    );
     let mut acquired = acquisition.finish();
     acquired.pace_sigma = request.pace_sigma;
     acquired.stamp_sigma = request.stamp_sigma;
-    figures(&acquired)
+    let at = |(first, last): Repetition| (samples.time[first], samples.time[last]);
+    json!({
+        "units": turns.units(),
+        "frozen": still.frozen.iter().map(|run| at(*run)).collect::<Vec<_>>(),
+        "stuck": still.stuck.iter().map(|each| stuck(each, at(each.run))).collect::<Vec<_>>(),
+        "acquired": figures(&acquired),
+    })
+}
+
+/// A standstill as the fault of a channel, by its first and last time, s.
+fn stuck(found: &Standstill, (first, last): (f64, f64)) -> Value {
+    json!({
+        "channel": CHANNEL_NAMES[found.channel],
+        "kind": "stuck",
+        "value": found.value,
+        "first": first,
+        "last": last,
+        "samples": 0,
+        "runs": [],
+    })
 }
 
 /// Figures of what was acquired.
@@ -69,7 +100,15 @@ pub fn figures(acquired: &Acquired) -> Value {
                 "first": acquired.origin + fault.span.0,
                 "last": acquired.origin + fault.span.1,
                 "samples": fault.samples,
+                "runs": fault.runs
+                    .iter()
+                    .map(|(first, last)| (acquired.origin + first, acquired.origin + last))
+                    .collect::<Vec<_>>(),
             }))
+            .collect::<Vec<_>>(),
+        "coarse_channels": acquired.coarse_channels()
+            .iter()
+            .map(|each| (CHANNEL_NAMES[each.channel], each.step, each.dead_band, each.zeros, each.sigma))
             .collect::<Vec<_>>(),
         "consistency": consistency(acquired),
         "trace": {

@@ -30,6 +30,11 @@ impl<'a> Samples<'a> {
             temperature: has_temperature.then_some(temperature),
         }
     }
+
+    /// Readings of the triads that were recorded.
+    pub fn triads(&self, has_gyroscope: bool) -> [Option<&'a [[f64; 3]]>; 2] {
+        [Some(self.force), has_gyroscope.then_some(self.rate)]
+    }
 }
 
 /// Rows of a matrix.

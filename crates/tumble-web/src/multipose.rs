@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tumble_core::sample::CHANNELS;
+use tumble_lab::acquisition::standstills;
 use tumble_lab::multipose::accelerometer::PLACES;
 use tumble_lab::multipose::stated_rate::StampedRate;
 use tumble_lab::multipose::turn_bias::TurnLoss;
@@ -30,10 +31,11 @@ pub struct MultiposeRequest {
 /// Calibrates a unit: figures, or `refusal` with a word and its figures.
 pub fn calibrate(request: &MultiposeRequest, numbers: &[f64]) -> Value {
     let samples = Samples::of(numbers, false);
+    let still = standstills(samples.time, samples.triads(request.gyroscope));
     let samples = MultiposeSamples {
-        time: samples.time,
-        force: samples.force,
-        rate: samples.rate,
+        time: &still.moving(samples.time),
+        force: &still.moving(samples.force),
+        rate: &still.moving(samples.rate),
     };
     let settings = MultiposeSettings {
         gravity: request.gravity,

@@ -5,7 +5,8 @@ import type { Core } from '../core';
 import { Failure } from '../failure';
 import type { ReadOptions } from '../log/conversion';
 import { readLog } from '../log/reading';
-import type { AcquiredFigures, MultiposeFigures } from '../multipose/figures';
+import { acquire } from '../multipose/acquire';
+import type { MultiposeFigures } from '../multipose/figures';
 import type { Recorder } from './recorder';
 
 const [FEWEST, ENOUGH] = [10, 15];
@@ -48,9 +49,9 @@ export class Guide {
   }
 
   private found(recorder: Recorder): Partial<Progress> {
-    const { samples, hasGyroscope } = readLog(this.core, [recorder.file()], this.read);
-    const arrays = [samples.time, samples.force, samples.rate];
-    const unit = this.core.ask<AcquiredFigures>({ ask: 'acquire', temperature: false, pace_sigma: 0, stamp_sigma: 0 }, arrays);
+    const recording = readLog(this.core, [recorder.file()], this.read);
+    const { samples, hasGyroscope } = recording;
+    const unit = acquire(this.core, recording).acquired;
     const held = distinct(unit.rest_specific_force);
     const isStill = (unit.rest_times.at(-1)?.[1] ?? -Infinity) > samples.time[samples.time.length - 1] - RECENT;
     if (held.length < FEWEST || unit.rest_times.length <= this.rests) return { held, isStill };
@@ -60,7 +61,7 @@ export class Guide {
         ask: 'multipose', gravity: tables.units.gravity, gravity_sigma: 0, gyroscope: hasGyroscope,
         raw: false, faces: false, pace_sigma: 0, stamp_sigma: 0,
       },
-      arrays,
+      [samples.time, samples.force, samples.rate],
     );
     if (figures.refusal) return { held, isStill };
     const { next } = figures;

@@ -3,7 +3,7 @@
 import tables from 'tables';
 import type { Core } from '../core';
 import { Failure } from '../failure';
-import { countOf, general } from '../printed';
+import { countOf, fixed, general } from '../printed';
 import { row, type Rows } from './units';
 
 const limits = tables.units;
@@ -93,6 +93,7 @@ function badLinesNotice(badLines: string[]): string {
 
 function withNumbers(samples: Samples, places: number[], about: About, notices: string[]): number[] {
   const counts = new Map<string, number>();
+  const columns = ['time', ...['a', 'g'].flatMap((triad) => [...'xyz'].map((axis) => triad + axis))];
   const note = (name: string) => counts.set(name, (counts.get(name) ?? 0) + 1);
   const kept = places.filter((k) => {
     const bad = [
@@ -112,7 +113,7 @@ function withNumbers(samples: Samples, places: number[], about: About, notices: 
     );
   }
   if (left) {
-    const channels = [...counts].map(([name, count]) => `${name} ${count}`).join(', ');
+    const channels = columns.filter((name) => counts.has(name)).map((name) => `${name} ${counts.get(name)}`).join(', ');
     notices.push(`left out ${countOf('sample', left)} without a number (${channels})`);
   }
   return kept;
@@ -159,7 +160,7 @@ function refuseDegrees(samples: Samples, places: number[], about: About): void {
   if (when >= 0) {
     throw new Failure(
       `${about.file}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads ${general(fastest, 6)} at ` +
-        `${samples.time[when].toFixed(6)} s; give --gyroscope-unit (deg/s?)`,
+        `${fixed(samples.time[when], 6)} s; give --gyroscope-unit (deg/s?)`,
     );
   }
 }
@@ -239,7 +240,7 @@ function reading(name: string, rows: Rows, k: number, unit: string, time: number
   const values = row(rows, k);
   const sizes = values.map(Math.abs);
   const axis = sizes.indexOf(Math.max(...sizes));
-  return `${name} ${'xyz'[axis]} reads ${general(values[axis], 6)} ${unit} at ${time.toFixed(6)} s`;
+  return `${name} ${'xyz'[axis]} reads ${general(values[axis], 6)} ${unit} at ${fixed(time, 6)} s`;
 }
 
 function refuseDisorder(samples: Samples, places: number[], about: About): void {

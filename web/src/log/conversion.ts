@@ -2,7 +2,7 @@
 
 import tables from 'tables';
 import { Failure } from '../failure';
-import { countOf, general } from '../printed';
+import { countOf, fixed, general } from '../printed';
 import type { Channel, ImuColumns, UnknownUnit } from './columns';
 import * as units from './units';
 import type { Quantity, ResolvedUnit, Rows } from './units';
@@ -201,8 +201,8 @@ function noAccelerometerUnit(log: Stating, head: Rows, norm: number): string {
     );
   }
   return (
-    `${read}: it looks like raw counts of 16 bits, ${(table.counts / span).toFixed(0)} a g, of a range of ` +
-    `± ${span.toFixed(0)} g; give --counts ${span.toFixed(0)},250 where that of the gyroscope is ± 250 deg/s (or 500, ` +
+    `${read}: it looks like raw counts of 16 bits, ${fixed(table.counts / span, 0)} a g, of a range of ` +
+    `± ${fixed(span, 0)} g; give --counts ${fixed(span, 0)},250 where that of the gyroscope is ± 250 deg/s (or 500, ` +
     '1000, 2000), else --accelerometer-scale (counts per unit) and --accelerometer-unit'
   );
 }

@@ -3,7 +3,7 @@
 import tables from 'tables';
 import type { Core } from '../core';
 import { Failure } from '../failure';
-import { countOf, general, listed } from '../printed';
+import { countOf, filled, fixed, general, listed } from '../printed';
 import { checked, type Samples } from './checks';
 import { UnknownColumns, findImus, type ImuColumns } from './columns';
 import { conversionFor, converted, perAxis, type Conversion, type RawSamples, type ReadOptions } from './conversion';
@@ -192,6 +192,7 @@ function openTable(file: LogFile, options: ReadOptions): Track {
     layout.preamble.get('units') === 'SI'
       ? { accelerometer: 'm/s^2', gyroscope: 'rad/s', time: 's', temperature: 'degC' }
       : {};
+  const ownRate = imu.time === undefined && options.rate === undefined ? statedRate(layout) : undefined;
   const corrected = layout.preamble.has('corrected') ? layout.preamble.get('corrected') || 'before it was read' : undefined;
   return {
     file: file.name,
@@ -209,10 +210,10 @@ function openTable(file: LogFile, options: ReadOptions): Track {
       others: imu.others,
       unknown: { ...imu.unknown, ...(isDate ? { time: undefined } : {}) },
     },
-    rate: imu.time === undefined ? statedRate(layout) : undefined,
+    rate: ownRate?.rate,
     head: labels === undefined ? head : Math.max(1, labels.rows.slice(0, head).filter((each) => each === label).length),
     expected: labels === undefined ? expected : columns.lines.length,
-    notices: layout.notices,
+    notices: [...layout.notices, ...(ownRate ? [filled(tables.text.rateFromLine, ownRate)] : [])],
     isCorrected: corrected,
     imu: named.size === 1 ? '' : wanted,
   };
@@ -276,10 +277,10 @@ function three(columns: Columns, names: readonly string[] | undefined): Rows | u
   return rows;
 }
 
-function statedRate(layout: TextLayout): number | undefined {
+function statedRate(layout: TextLayout): { rate: number; key: string } | undefined {
   for (const key of tables.text.rateKeys) {
     const rate = numberOf((layout.preamble.get(key) ?? '').toLowerCase().replace(/hz$/, ''));
-    if (rate !== undefined && rate > 0 && Number.isFinite(rate)) return rate;
+    if (rate !== undefined && rate > 0 && Number.isFinite(rate)) return { rate, key };
   }
   return undefined;
 }
@@ -455,7 +456,7 @@ function withSampleTimes(core: Core, recording: Recording, head: number): Record
     if (fitted.sampling !== 'between') return { ...recording, stampSigma: kept };
     const [share, sigma] = fitted.share ?? [NaN, NaN];
     const remark =
-      `${late} against even sampling, of which the signal shows ${share.toFixed(2)} ± ${sigma.toFixed(2)} as real: the ` +
+      `${late} against even sampling, of which the signal shows ${fixed(share, 2)} ± ${fixed(sigma, 2)} as real: the ` +
       'sensor samples neither evenly nor when it is stamped; times were left as they are, and angles of turns are widened ' +
       `by ${general(kept * 1e3, 1)} ms of their rate; stamp samples by the sensor's own clock`;
     return { ...recording, notices: [...recording.notices, remark], stampSigma: kept };

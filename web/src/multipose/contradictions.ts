@@ -3,7 +3,7 @@
 import tables from 'tables';
 import type { Core } from '../core';
 import type { Recording } from '../log/reading';
-import { countOf, general, withSign } from '../printed';
+import { countOf, filled, general, withSign } from '../printed';
 import type { MultiposeFigures, StampedRate, TurnBiasFigures } from './figures';
 
 const table = tables.multipose;
@@ -60,7 +60,7 @@ export function* contradictions(
     yield turnLossWords(loss);
   } else if (!contradicts && !onFaces && widening > table.largestWidening) {
     // On faces full turns show the scale, within the degree that a hand and an edge are known to.
-    yield table.notRandom.replace('{times:.0f}', widening.toFixed(0));
+    yield filled(table.notRandom, { times: widening });
   }
 }
 

@@ -23,6 +23,29 @@ export interface TriadFigures {
   labels: [string, number, number][];
 }
 
+/** A channel that cannot be trusted; times in s, values in SI. */
+export interface ChannelFault {
+  channel: string;
+  kind: string;
+  value: number;
+  first: number;
+  last: number;
+  samples: number;
+  /** First and last time of each run at the end of the range. */
+  runs: [number, number][];
+}
+
+/** What a recording shows before it is calibrated. */
+export interface AcquireAnswer {
+  /** Units whose samples take turns; 1 of one. */
+  units: number;
+  /** First and last time, s, of stretches in which all readings stood still. */
+  frozen: [number, number][];
+  /** Channels that repeated one reading while others went on. */
+  stuck: ChannelFault[];
+  acquired: AcquiredFigures;
+}
+
 export interface AcquiredFigures {
   samples: number;
   not_finite: number;
@@ -35,7 +58,9 @@ export interface AcquiredFigures {
   rejected_rests: [number, number, string][];
   noise_density: Numbers;
   bias_instability: Numbers;
-  faults: { channel: string; kind: string; value: number; first: number; last: number; samples: number }[];
+  faults: ChannelFault[];
+  /** Channel, step, half the width of the dead band, share of zeros, 1-sigma that both leave on a mean. */
+  coarse_channels: [string, number, number, number, number][];
   consistency: [string, number, [number, number][]];
   trace: { time: number[]; channels: Vector[] };
 }

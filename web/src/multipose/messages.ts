@@ -1,7 +1,7 @@
 /** Why a triad has no calibration, in words a person can act on. */
 
 import tables from 'tables';
-import { countOf, general } from '../printed';
+import { countOf, fixed, general } from '../printed';
 import type { Refusal } from './figures';
 
 const table = tables.multipose;
@@ -37,7 +37,7 @@ export function explain([word, figures]: Refusal): string {
       return `the turns leave open of the gyroscope: ${open(figures.shares!)}; turn about each axis, also while it is level`;
     case 'gyroscope contradicts':
       return (
-        `gyroscope and accelerometer disagree by ${figures.angle.toFixed(0)} deg about how the unit turned, whatever the ` +
+        `gyroscope and accelerometer disagree by ${fixed(figures.angle, 0)} deg about how the unit turned, whatever the ` +
         'scale; check units and axes of both, and that both belong to one unit'
       );
     default:

@@ -3,15 +3,16 @@
 import tables from 'tables';
 import type { Core } from '../core';
 import { Failure } from '../failure';
-import { select, type Samples } from '../log/checks';
 import type { ReadOptions } from '../log/conversion';
 import type { Recording } from '../log/reading';
-import { isImuStep, row, usualStep, type Rows } from '../log/units';
-import { countOf, general, withSign } from '../printed';
+import { isImuStep, usualStep, type Rows } from '../log/units';
+import { filled, fixed, general, withSign } from '../printed';
 import { rootMeanSquare } from '../statistics';
+import { acquire } from './acquire';
 import { contradictions, isAWarning, statedRate, statedRateWords } from './contradictions';
-import type { AcquiredFigures, MultiposeFigures } from './figures';
+import type { AcquireAnswer, AcquiredFigures, MultiposeFigures } from './figures';
 import { explain, tremorWords } from './messages';
+import { deadChannel, logTime, notices, recordedFaults, stoodStill, takeTurns } from './notices';
 import { lengthOfGravity } from './sphere';
 import { hidden, triadResult, type TriadResult } from './triad';
 
@@ -59,8 +60,6 @@ export function multipose(core: Core, recording: Recording, options: SessionOpti
   refuseOddStep(recording);
   const unit = acquired(core, recording, gravity, options.read.raw ?? false);
   const { samples } = recording;
-  const frozen = frozenStretches(samples);
-  const used = frozen.length ? select(samples, placesOutside(samples.time.length, frozen)) : samples;
   const figures = core.ask<MultiposeFigures>(
     {
       ask: 'multipose',
@@ -72,13 +71,13 @@ export function multipose(core: Core, recording: Recording, options: SessionOpti
       pace_sigma: recording.paceSigma,
       stamp_sigma: recording.stampSigma,
     },
-    [used.time, used.force, used.rate],
+    [samples.time, samples.force, samples.rate],
   );
   if (figures.refusal) {
     const hint = options.read.rate ? `; is ${general(options.read.rate)} Hz of --rate right?` : '';
     throw new Failure(`${recording.name}: ${explain(figures.refusal)}${hint}`);
   }
-  return resultOf(core, recording, options, gravity, figures, unit, frozen);
+  return resultOf(core, recording, options, gravity, figures, unit);
 }
 
 function resultOf(
@@ -87,8 +86,7 @@ function resultOf(
   options: SessionOptions,
   gravity: number,
   figures: MultiposeFigures,
-  unit: AcquiredFigures,
-  frozen: [number, number][],
+  unit: AcquireAnswer,
 ): MultiposeResult {
   const noise = figures.acquired.noise_density;
   const instability = figures.acquired.bias_instability;
@@ -119,7 +117,7 @@ function resultOf(
     verdict:
       figures.gyroscope?.implausible_scale || !isMet ? 'model not met' : gyroscope ? 'calibrated' : 'partly calibrated',
     duration: time[time.length - 1] - time[0],
-    temperature: unit.temperature,
+    temperature: unit.acquired.temperature,
     directions: new Set(figures.poses.direction).size,
     lengths: {
       before: rootMeanSquare(figures.poses.before),
@@ -133,7 +131,7 @@ function resultOf(
     warnings: [],
   };
   const aboutRate = stated && isAWarning(stated, gyroscope !== undefined) ? [statedRateWords(stated)] : [];
-  result.warnings = [...warnings(result, unit, frozen), ...aboutRate];
+  result.warnings = [...warnings(result, unit), ...aboutRate];
   return result;
 }
 
@@ -158,45 +156,27 @@ function refuseOddStep(recording: Recording): void {
 }
 
 /** Cuts the recording into rests and turns, and refuses what cannot serve. */
-function acquired(core: Core, recording: Recording, gravity: number, isRaw: boolean): AcquiredFigures {
-  const { samples, name, hasGyroscope } = recording;
-  const arrays = [samples.time, samples.force, samples.rate, ...(samples.temperature ? [samples.temperature] : [])];
-  const unit = core.ask<AcquiredFigures>(
-    {
-      ask: 'acquire',
-      temperature: samples.temperature !== undefined,
-      pace_sigma: recording.paceSigma,
-      stamp_sigma: recording.stampSigma,
-    },
-    arrays,
-  );
+function acquired(core: Core, recording: Recording, gravity: number, isRaw: boolean): AcquireAnswer {
+  const { name, hasGyroscope } = recording;
+  const answer = acquire(core, recording);
   const refuse = (problem: string | undefined) => {
     if (problem) throw new Failure(`${name}: ${problem}`);
   };
-  refuse(damaged(unit, samples, hasGyroscope, isRaw));
-  if (isRaw || unit.rest_times.length === 0) return unit;
+  refuse(takeTurns(answer));
+  refuse(damaged(answer, recording, isRaw));
+  const unit = answer.acquired;
+  if (isRaw || unit.rest_times.length === 0) return answer;
   refuse(misreadForce(unit, gravity));
   if (hasGyroscope) refuse(misreadRate(unit));
-  return unit;
+  return answer;
 }
 
-function damaged(unit: AcquiredFigures, samples: Samples, hasGyroscope: boolean, isRaw: boolean): string | undefined {
+function damaged({ acquired: unit, stuck }: AcquireAnswer, recording: Recording, isRaw: boolean): string | undefined {
+  const { samples, hasGyroscope } = recording;
   if (unit.samples + unit.not_finite === 0) return 'holds no samples; record again';
-  const start = samples.time[0];
-  for (const fault of isRaw ? [] : unit.faults) {
-    if (!hasGyroscope && fault.channel.startsWith('gyroscope')) continue;
-    const si = fault.channel.startsWith('accelerometer') ? 'm/s^2' : 'rad/s';
-    if (fault.kind === 'stuck') {
-      return (
-        `${fault.channel} is stuck at ${general(fault.value, 6)} ${si} from ${span(fault.first, fault.last, start)} s; ` +
-        'check the sensor and its column'
-      );
-    }
-    if (fault.kind === 'saturated at rest') {
-      const first = `${(fault.first - start).toFixed(3)} s`;
-      return `${fault.channel} is saturated at ${general(fault.value, 6)} ${si}, first at ${first}, while the unit stood still; choose a larger range`;
-    }
-  }
+  const faults = isRaw ? [] : [...stuck, ...recordedFaults(unit.faults, recording)];
+  const dead = deadChannel(faults, logTime(recording));
+  if (dead) return dead;
   if (hasAxisTwice(samples.force)) return 'two axes of the accelerometer read the same; check the columns';
   if (hasGyroscope && hasAxisTwice(samples.rate)) return 'two axes of the gyroscope read the same; check the columns';
   return undefined;
@@ -244,69 +224,24 @@ function misreadRate(unit: AcquiredFigures): string | undefined {
     );
   }
   if (isInOrder) {
-    const signs = fit.map(([, sign]) => sign.toFixed(0)).join(',');
+    const signs = fit.map(([, sign]) => fixed(sign, 0)).join(',');
     return `gyroscope and accelerometer have opposite signs: the gyroscope fits as ${order}; give --gyroscope-scale ${signs}`;
   }
   // No option of the command line mends it, so it is no unit that was misread.
   return undefined;
 }
 
-/** First and last index of each stretch in which all channels stood still, as those of no sensor with noise do. */
-function frozenStretches(samples: Samples): [number, number][] {
-  const count = samples.time.length;
-  const same = (k: number) =>
-    [samples.force, samples.rate].every((rows) => row(rows, k).every((value, axis) => value === rows[3 * (k - 1) + axis]));
-  const stretches: [number, number][] = [];
-  let first = 0;
-  for (let k = 1; k <= count; k++) {
-    if (k < count && same(k)) continue;
-    stretches.push([first, k - 1]);
-    first = k;
-  }
-  const lasts = ([from, to]: [number, number]) => samples.time[to] - samples.time[from] > checks.frozen;
-  const repeated = stretches.filter((each) => !lasts(each) && each[1] > each[0]).length;
-  return repeated > checks.coarse * stretches.length ? [] : stretches.filter(lasts);
-}
-
-function placesOutside(count: number, stretches: [number, number][]): number[] {
-  const places: number[] = [];
-  let next = 0;
-  for (const [first, last] of stretches) {
-    for (let k = next; k < first; k++) places.push(k);
-    next = last + 1;
-  }
-  for (let k = next; k < count; k++) places.push(k);
-  return places;
-}
-
 function isBeyondSensors([values, sigmas]: number[][]): boolean {
   return values.some((value, k) => tables.units.gravity * (Math.abs(value) - 2 * sigmas[k]) > table.largestNonLinearity);
 }
 
-function span(first: number, last: number, start: number): string {
-  return `${(first - start).toFixed(1)} to ${(last - start).toFixed(1)}`;
-}
-
-function* warnings(result: MultiposeResult, unit: AcquiredFigures, frozen: [number, number][]): Generator<string> {
+function* warnings(result: MultiposeResult, unit: AcquireAnswer): Generator<string> {
   const { recording, figures, options } = result;
-  const start = recording.samples.time[0];
-  for (const [first, last] of frozen) {
-    yield `all readings stood still from ${span(recording.samples.time[first], recording.samples.time[last], start)} s, as ` +
-      'those of no sensor with noise do: that time is left out';
-  }
+  const time = logTime(recording);
   if (figures.nominal_scale === null) {
-    const confirmed = figures.acquired.consistency[0] === 'consistent' ? recording.conversion.gyroscope.doubt : '';
-    yield* recording.notices.filter((notice) => notice !== confirmed || confirmed === '');
-    const rejections: Record<string, string> = checks.restRejections;
-    for (const [first, last, why] of figures.acquired.rejected_rests) {
-      yield `${span(first, last, start)} s is not a rest: ${rejections[why]}`;
-    }
-    if (unit.missing) {
-      const share = (100 * unit.missing) / (unit.samples + unit.missing);
-      yield `${countOf('sample', unit.missing)} missing (${general(share, 2)} %): integrals over turns run straight across ` +
-        'the pauses, and the sigmas include what that leaves';
-    }
+    yield* notices(recording, unit, figures.acquired, result.duration);
   } else {
+    yield* stoodStill(unit, time);
     const [force, rate] = figures.nominal_scale;
     const gyroscope = figures.gyroscope ? ` --gyroscope-scale ${general(1 / rate)} --gyroscope-unit rad/s` : '';
     yield 'readings are counts, and the calibration holds for logs read with --accelerometer-scale ' +
@@ -320,15 +255,12 @@ function* warnings(result: MultiposeResult, unit: AcquiredFigures, frozen: [numb
   const scale = figures.gyroscope?.implausible_scale;
   if (scale) {
     const rate = figures.acquired.samples / Math.max(result.duration, 1e-9);
-    yield table.noSensorHas
-      .replace('{scale:.2f}', scale.toFixed(2))
-      .replace('{probable:.4g}', general(rate * scale, 4))
-      .replace('{rate:.4g}', general(rate, 4));
+    yield filled(table.noSensorHas, { scale, probable: rate * scale, rate });
   }
   const rejected = figures.acquired.rejected_rests;
   for (const [first, last, tremor] of figures.left_out) {
     if (rejected.some(([from, to]) => from < last && first < to)) continue;
-    yield `${span(first, last, start)} s is not used: ${tremorWords(tremor) || 'shorter than a rest, without the ends'}`;
+    yield `${time.span(first, last)} s is not used: ${tremorWords(tremor) || 'shorter than a rest, without the ends'}`;
   }
   if (result.gyroscopeReason) yield result.gyroscopeReason;
   yield* aboutTheGyroscope(result);
@@ -336,7 +268,7 @@ function* warnings(result: MultiposeResult, unit: AcquiredFigures, frozen: [numb
     if (!triad) continue;
     yield* triad.objections;
     if (triad.widening > 1) {
-      yield `${triad.triad}: residuals are ${triad.widening.toFixed(1)} times what noise explains; its sigmas include that`;
+      yield `${triad.triad}: residuals are ${fixed(triad.widening, 1)} times what noise explains; its sigmas include that`;
     }
   }
 }

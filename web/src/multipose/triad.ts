@@ -2,7 +2,7 @@
 
 import tables from 'tables';
 import type { Core } from '../core';
-import { float, general, type Float } from '../printed';
+import { fixed, type Float, float, general } from '../printed';
 import type { TriadFigures } from './figures';
 
 const table = tables.multipose;
@@ -123,7 +123,7 @@ function objections(triad: Triad, parameters: Parameter[]): string[] {
   return parameters.flatMap(({ name, value, isObservable }) => {
     if (!isObservable) return [];
     if (name.startsWith('non-orthogonality') && Math.abs(value) > table.largestAngle) {
-      return [`${triad} ${name} is ${value.toFixed(0)} deg, which no sensor has; check the log`];
+      return [`${triad} ${name} is ${fixed(value, 0)} deg, which no sensor has; check the log`];
     }
     if (name.startsWith('scale') && !(value > low && value < high)) {
       return [`${triad} ${name} is ${general(value, 2)}, which no sensor has; check the log and its units`];
