@@ -99,6 +99,7 @@ DATA = {
         "constants",
         "numbers",
         "units",
+        "unit_values",
         "errors",
         "arrays",
         "files",
@@ -174,7 +175,8 @@ LAYERS: dict[str, set[str]] = {
     "secrets": set(),
     "errors": {"secrets", "words"},
     "serials": {"errors", "words"},
-    "log_reading": set(),
+    "unit_values": {"constants", "magnetic", "units"},
+    "log_reading": {"unit_values", "units"},
     "folder_lock": {"errors", "numbers", "regular_files"},
     "file_status": {"errors", "words"},
     "regular_files": {"errors"},
@@ -227,7 +229,17 @@ LAYERS: dict[str, set[str]] = {
     "logs": READING
     | {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "executors", "log_reading", "log_time", "magnetic", "names", "debugging", "_core"},
+    | {
+        "body_axes",
+        "executors",
+        "log_reading",
+        "unit_values",
+        "log_time",
+        "magnetic",
+        "names",
+        "debugging",
+        "_core",
+    },
     "live": {
         "numbers",
         "units",

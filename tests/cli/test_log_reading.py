@@ -9,8 +9,10 @@ import yaml
 from calibrated_commands import CALIBRATED, write_log
 from made_up_calibrations import made_up
 from tumble.calibration.document import Calibration, Reading
+from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.procedures import PROCEDURES
-from tumble.logs import open_recording
+from tumble.logs import ReadOptions, open_recording
+from tumble.tools.simulate import simulate_multipose
 from turntable_sessions import one_line, typed
 
 AXES = "y,-x,z"
@@ -19,7 +21,7 @@ CHANGES = {
     "--accelerometer-sign": "-1",
     "--accelerometer-zero": "0.5,0,0",
     "--gyroscope-zero": "0.01,0,0",
-    "--accelerometer-scale": "1.02,1.02,1.02",
+    "--accelerometer-scale": "1.02",
 }
 SIMULATED = {
     "turntable": ("turntable", ("--rest", "2", "--rate", "50"), ("reference.csv", "target_1.csv")),
@@ -82,7 +84,9 @@ def test_each_option_that_changes_readings_counts(option, log, tmp_path):
     known = calibration(tmp_path / "known.yaml", **scale)
     done = typed("apply", known, log, option, CHANGES[option], "-o", tmp_path / "x.csv")
     assert done.code == 2, done.err
-    assert f"was read with {option} {CHANGES[option]}, that of the calibration" in one_line(done.err)
+    line = one_line(done.err)
+    assert f"was read with {option} {CHANGES[option]}" in line
+    assert ", that of the calibration with" in line
 
 
 def test_a_file_that_does_not_state_it_holds_for_any_reading(log, tmp_path):
@@ -134,3 +138,101 @@ def test_plateaus_are_of_logs_that_were_read_alike(tmp_path):
     done = typed("plateaus", *paths, "-o", tmp_path / "out")
     assert done.code == 2
     assert "its log was read with --axes y,-x,z" in one_line(done.err)
+
+
+SCALE = 16384.0 / STANDARD_GRAVITY
+"""Counts per m/s^2 of a sensor of 16384 counts a g."""
+SAME = {
+    "the same": ("--accelerometer-scale", f"{SCALE:.6g}"),
+    "with its unit": ("--accelerometer-scale", f"{SCALE:.6g}", "--accelerometer-unit", "m/s^2"),
+    "in g": ("--accelerometer-scale", "16384", "--accelerometer-unit", "g"),
+    "in mg": ("--accelerometer-scale", "16.384", "--accelerometer-unit", "mg"),
+}
+"""Ways to state one scale."""
+OTHER = {
+    "another": ("--accelerometer-scale", f"{1.0005 * SCALE:.6g}"),
+    "another in g": ("--accelerometer-scale", "16400", "--accelerometer-unit", "g"),
+    "by range": ("--counts", "2.01,250"),
+}
+
+
+def counts(path):
+    """Writes a log of counts, 16384 a g, that states no unit of the gyroscope."""
+    rng = np.random.default_rng(1)
+    force = SCALE * (np.array([0.0, 0.0, 9.81]) + rng.normal(0.0, 0.01, (500, 3)))
+    rows = np.column_stack([np.arange(500) / 50.0, np.round(force), rng.normal(0.0, 0.01, (500, 3))])
+    np.savetxt(path, rows, "%.6g", ",", header="time,ax,ay,az,gx [rad/s],gy [rad/s],gz [rad/s]", comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("words", "code"), [*((w, 0) for w in SAME.values()), *((w, 2) for w in OTHER.values())]
+)
+def test_scales_are_compared_whatever_their_unit(words, code, tmp_path):
+    known = calibration(
+        tmp_path / "known.yaml", accelerometer_scale=[SCALE] * 3, accelerometer_unit="m/s^2", raw=True
+    )
+    done = typed("apply", known, counts(tmp_path / "log.csv"), *words, "-o", tmp_path / "x.csv")
+    assert done.code == code, done.err
+    assert (tmp_path / "x.csv").exists() == (code == 0)
+    if code:
+        assert (
+            f"that of the calibration with --accelerometer-scale {SCALE:.6g} --accelerometer-unit m/s^2"
+            in (one_line(done.err))
+        )
+
+
+def test_a_unit_that_the_log_states_is_that_of_its_scale(tmp_path):
+    path = counts(tmp_path / "log.csv")
+    path.write_text(path.read_text().replace("ax,ay,az", "ax [g],ay [g],az [g]"))
+    reading = open_recording(path, ReadOptions(accelerometer_scale=16384.0)).metadata.reading
+    assert (reading["accelerometer_scale"], reading["accelerometer_unit"]) == ([16384.0] * 3, "g")
+
+
+@pytest.mark.parametrize(("raw", "code"), [(True, 2), (None, 0)])
+def test_nominal_scales_hold_for_counts_alone(raw, code, log, tmp_path):
+    """A log in units need not state the scale of a sensor; an assumed one is none of the sensor."""
+    known = calibration(tmp_path / "known.yaml", accelerometer_scale=[SCALE] * 3, raw=raw)
+    done = typed("apply", known, log, "-o", tmp_path / "x.csv")
+    assert done.code == code, done.err
+    assert not code or "was read without --accelerometer-scale" in one_line(done.err)
+
+
+@pytest.mark.parametrize("columns", [slice(0, 7), slice(0, 4)])
+def test_counts_are_calibrated_and_corrected_by_one_scale(columns, tmp_path):
+    hand = simulate_multipose(seed=1, rate_hz=50.0)
+    samples = hand.unit.samples
+    force, rate = 1671.0 * samples.accelerometer, 7510.0 * samples.gyroscope
+    rows = np.column_stack([samples.time, np.round(force), np.round(rate)])[:, columns]
+    head = ",".join(["time", "ax", "ay", "az", "gx", "gy", "gz"][columns])
+    path = tmp_path / "counts.csv"
+    np.savetxt(path, rows, "%.6f", ",", header=head, comments="")
+    done = typed("multipose", path, "--raw", "-o", tmp_path / "out")
+    assert done.code in (0, 3), done.err
+    known = Calibration.load(tmp_path / "out" / "counts.multipose.yaml")
+    has_gyroscope = known.gyroscope is not None
+    reading = known.log_reading
+    assert reading["raw"] is True
+    assert reading["accelerometer_scale"][0] == pytest.approx(1671.0, rel=0.05)
+    assert ("gyroscope_scale" in reading) == has_gyroscope
+    words = [f"--accelerometer-scale={reading['accelerometer_scale'][0]:g}"]
+    if has_gyroscope:
+        words += [f"--gyroscope-scale={reading['gyroscope_scale'][0]:g}"]
+    for options, code in ((words, 0), (["--counts", "2,250"], 2)):
+        done = typed(
+            "apply", tmp_path / "out" / "counts.multipose.yaml", path, *options, "-o", tmp_path / "x.csv"
+        )
+        assert done.code == code, done.err
+    corrected = np.concatenate([chunk.accelerometer for chunk in open_recording(tmp_path / "x.csv").chunks()])
+    at_rest = [(samples.time >= each.start) & (samples.time <= each.end) for each in hand.session.rests]
+    lengths = [np.linalg.norm(corrected[rows].mean(axis=0)) for rows in at_rest]
+    assert np.allclose(lengths, STANDARD_GRAVITY, atol=5e-3)
+
+
+def test_a_file_for_others_names_the_scale_that_it_assumes(tmp_path):
+    known = calibration(
+        tmp_path / "unit.yaml", accelerometer_scale=[1663.0] * 3, accelerometer_unit="m/s^2", raw=True
+    )
+    done = typed("export", known, "--format", "ardupilot", "-o", tmp_path / "unit.parm")
+    assert done.code == 0, done.err
+    assert "read with --accelerometer-scale 1663 --accelerometer-unit m/s^2" in done.err

@@ -50,7 +50,11 @@ def headless(jobs):
 def found_in(path: Path, **read):
     """Returns what the command finds; once for its file and its exports."""
     options = ReadOptions(
-        rate=read.get("rate"), serial=read.get("serial", ""), gyroscope_unit=read.get("gyroscopeUnit")
+        rate=read.get("rate"),
+        serial=read.get("serial", ""),
+        gyroscope_unit=read.get("gyroscopeUnit"),
+        accelerometer_scale=read.get("accelerometerScale"),
+        gyroscope_scale=read.get("gyroscopeScale"),
     )
     return tumble.multipose(path, read=options, raw=read.get("raw", False))
 

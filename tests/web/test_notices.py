@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -216,3 +217,38 @@ def test_counts_that_stood_still_are_named_as_by_the_command(tmp_path):
     expected = by_command(path, {"raw": True})
     assert by_page == expected
     assert any("all readings stood still from" in line for line in expected["warnings"])
+
+
+SCALED = {
+    "raw": ({"raw": True}, "[raw]", "raw: true"),
+    "raw, stated otherwise": (
+        {"raw": True, "accelerometerScale": 16384.0},
+        "[g]",
+        "accelerometer_unit: m/s^2",
+    ),
+    "no unit": ({"accelerometerScale": 1670.0, "gyroscopeScale": 7500.0}, "", "gyroscope_unit: rad/s"),
+    "unit of the log": (
+        {"accelerometerScale": 16377.0, "gyroscopeScale": 7500.0},
+        "[g]",
+        "accelerometer_unit: g",
+    ),
+}
+"""Options of the page, a unit in the head of the log, and a part of what the calibration states."""
+
+
+def test_scales_of_counts_are_stated_as_by_the_command(tmp_path):
+    rows = changed(drawn_seed())
+    rows[:, FORCE] *= 1670.0
+    rows[:, GYROSCOPE] *= 7500.0
+    jobs = []
+    for number, (read, unit, _) in enumerate(SCALED.values()):
+        path = written(tmp_path / f"{number}.csv", np.round(rows, 4))
+        head, rest = path.read_text(encoding="utf-8").split("\n", 1)
+        columns = [f"{name} {unit}" if unit and name.startswith("a") else name for name in head.split(",")]
+        path.write_text(",".join(columns) + "\n" + rest, encoding="utf-8")
+        jobs.append({"files": [str(path)], "read": read, "date": DATE})
+    for name, job, by_page in zip(SCALED, jobs, headless(jobs), strict=True):
+        by_page.pop("exports", None)
+        expected = by_command(Path(job["files"][0]), job["read"])
+        assert by_page == expected, name
+        assert SCALED[name][2] in expected["text"], name

@@ -108,7 +108,8 @@ function withRemarks(lines: string[], ending: string, remarks: string[]): string
 
 /** Warns of a verdict that whoever uses the file has to know of, and of what the readings went through before. */
 function doubts(result: MultiposeResult, content: Content): string[] {
-  const { name, reading } = result.recording;
+  const { name } = result.recording;
+  const reading = content.reading as Record<string, unknown>;
   const date = String(content.date).slice(0, 10);
   const found: string[] = [];
   if (result.verdict === 'model not met') {
@@ -120,6 +121,14 @@ function doubts(result: MultiposeResult, content: Content): string[] {
   if (zeros.length) {
     const typed = zeros.map((key) => `--${key.replace('_', '-')} ${Array.from(reading[key] as Float64Array, (each) => general(each)).join(',')}`);
     found.push(`the calibration ${name} holds for readings that are changed as by ${typed.join(' ')}; change them alike`);
+  }
+  if (reading.raw) {
+    const scales = ['accelerometer', 'gyroscope'].filter((triad) => `${triad}_scale` in reading);
+    const typed = scales.map((triad) => {
+      const [scale] = reading[`${triad}_scale`] as Float64Array;
+      return `--${triad}-scale ${general(scale)} --${triad}-unit ${reading[`${triad}_unit`] as string}`;
+    });
+    found.push(`the calibration ${name} holds for counts that are read with ${typed.join(' ')}; what converts them otherwise needs another`);
   }
   if (reading.correction) {
     found.push(`the calibration ${name} holds on top of another correction (${reading.correction as string}), which the readings need first`);

@@ -374,6 +374,8 @@ class Reading(Document):
     """Unit that the user stated."""
     gyroscope_unit: str | None = None
     magnetometer_unit: str | None = None
+    raw: bool | None = None
+    """True where nobody stated the scales: they are nominal ones, for which alone the calibration holds."""
     correction: str | None = None
     """Correction of the samples before they were logged or converted, on top of which the calibration holds:
     `sha256:...` of the calibration that made it, or its source in words."""

@@ -89,6 +89,8 @@ class ResolvedUnit:
     """`column name`, `option`, `norm at rest`, `message definition`, `ASSUMED` ..."""
     doubt: str = ""
     """Sentence on what else it may be, and the option that states it; empty where nothing else fits."""
+    per: str = ""
+    """Unit of which a scale states the counts; empty for others."""
 
     @property
     def is_assumed(self) -> bool:

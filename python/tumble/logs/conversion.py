@@ -350,7 +350,8 @@ def _with_counts(
     """Returns the unit and the (3,) SI value of one count."""
     unit_name = stated.name if stated else next(iter(UNITS[quantity]))
     scale = UNITS[quantity][unit_name] / counts_per_axis(counts, f"--{quantity}-scale")
-    return ResolvedUnit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
+    unit = ResolvedUnit("counts", float(scale.mean()), f"option: counts per {unit_name}", per=unit_name)
+    return unit, scale
 
 
 def _accelerometer(

@@ -210,6 +210,9 @@ def _metadata(
 ) -> Metadata:
     as_logged = not notices_on_axes(replace(options, accelerometer_sign=1))
     corrected = {CORRECTION: track.correction or EARLIER} if track.already_corrected else {}
+    counted = {"accelerometer": conversion.accelerometer_unit, "gyroscope": conversion.gyroscope_unit}
+    # A scale may be of a unit that the log states.
+    units = {f"{triad}_unit": unit.per for triad, unit in counted.items() if unit.per}
     body = _body(BODY_OF.get(track.format, ""), options.axes)
     return Metadata(
         name=_name(track),
@@ -224,7 +227,7 @@ def _metadata(
         clock=track.clock if options.rate is None else "",
         rate=rate,
         already_corrected=track.already_corrected,
-        reading=options.reading | corrected,
+        reading=options.reading | units | corrected,
         serial=options.serial or track.serial,
         triads=track.triads,
         temperature_fault=conversion.temperature_fault,

@@ -11,8 +11,8 @@ import numpy as np
 
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.log_time import DATES
-from tumble.foundation.magnetic import FIELD_UNITS
 from tumble.foundation.recording import ASSUMED, AT_REST, FloatArray
+from tumble.foundation.unit_values import UNIT_VALUES
 from tumble.logs.options import COUNTS
 from tumble.logs.triads import largest_each, whole_ones
 from tumble.logs.unit_evidence import (
@@ -31,17 +31,11 @@ from tumble.logs.unit_evidence import (
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature", "magnetometer"]
 
 UNITS: Mapping[Quantity, Mapping[str, float]] = {
-    "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01},
-    "gyroscope": {
-        "rad/s": 1.0,
-        "deg/s": math.pi / 180.0,
-        "mrad/s": 1e-3,
-        "mdeg/s": 1e-3 * math.pi / 180.0,
-        "rpm": 2.0 * math.pi / 60.0,
-    },
+    "accelerometer": UNIT_VALUES["accelerometer"],
+    "gyroscope": UNIT_VALUES["gyroscope"],
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "temperature": {"degC": 1.0, "K": 1.0, "degF": 1.0 / 1.8},
-    "magnetometer": FIELD_UNITS,
+    "magnetometer": UNIT_VALUES["magnetometer"],
 }
 """SI value of one unit (of a difference, for temperature); microtesla for a magnetometer."""
 

@@ -154,7 +154,7 @@ function unknownSaid(quantity: Quantity, found: UnknownUnit): string {
 function withCounts(quantity: Quantity, name: string | undefined, counts: AxisValues): ResolvedUnit & { perAxis: number[] } {
   const unit = name ?? Object.keys(table.values[quantity])[0];
   const scale = perAxis(counts).map((each) => units.valueOf(quantity, unit) / each);
-  return { name: 'counts', scale: scale[0], reason: `option: counts per ${unit}`, doubt: '', perAxis: scale };
+  return { name: 'counts', scale: scale[0], reason: `option: counts per ${unit}`, doubt: '', per: unit, perAxis: scale };
 }
 
 function accelerometerUnit(log: Stating, options: ReadOptions, head: RawSamples, zero: number[]): ResolvedUnit & { perAxis: number[] } {

@@ -85,7 +85,7 @@ export function readLog(core: Core, files: readonly LogFile[], options: ReadOpti
     hasGyroscope: track.raw.rate !== undefined,
     conversion,
     notices: remarks,
-    reading: readingOf(options, track.isCorrected),
+    reading: readingOf({ ...options, ...unitsOfCounts(conversion) }, track.isCorrected),
     paceSigma: 0,
     stampSigma: 0,
     stamps: stampsBesideRate(core, track, options),
@@ -409,6 +409,29 @@ function si(track: Track, options: ReadOptions, conversion: Conversion): Samples
   };
 }
 
+/** Returns the units of which scales state the counts: a log may state them. */
+function unitsOfCounts({ accelerometer, gyroscope }: Conversion): ReadOptions {
+  return {
+    ...(accelerometer.per && { accelerometerUnit: accelerometer.per }),
+    ...(gyroscope.per && { gyroscopeUnit: gyroscope.per }),
+  };
+}
+
+/** Returns the reading of a log whose numbers are counts, so many per SI unit as a calibration assumes. */
+export function readAsCounts(options: ReadOptions, counts: readonly [number, number | undefined], correction: unknown): Record<string, unknown> {
+  // As they are printed, and so typed: they have four digits.
+  const [force, rate] = counts.map((each) => (each === undefined ? undefined : Number(general(each))));
+  const found = {
+    ...options,
+    accelerometerScale: force,
+    accelerometerUnit: 'm/s^2',
+    gyroscopeScale: rate,
+    gyroscopeUnit: rate === undefined ? undefined : 'rad/s',
+    raw: true,
+  };
+  return readingOf(found, correction as string | undefined);
+}
+
 /** Returns the options that changed readings, in the order of calibration files. */
 function readingOf(options: ReadOptions, correction: string | undefined): Record<string, unknown> {
   const found: Record<string, unknown> = { axes: 'x,y,z' };
@@ -423,6 +446,7 @@ function readingOf(options: ReadOptions, correction: string | undefined): Record
   }
   if (options.accelerometerUnit) found.accelerometer_unit = options.accelerometerUnit;
   if (options.gyroscopeUnit) found.gyroscope_unit = options.gyroscopeUnit;
+  if (options.raw) found.raw = true;
   if (correction !== undefined) found.correction = correction;
   return found;
 }

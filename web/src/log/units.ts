@@ -20,6 +20,8 @@ export interface ResolvedUnit {
   scale: number;
   reason: string;
   doubt: string;
+  /** Unit of which a scale states the counts. */
+  per?: string;
 }
 
 /** Rows of three readings, one after the other. */

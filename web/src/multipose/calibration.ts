@@ -1,6 +1,7 @@
 /** The calibration file of a unit that was held in many orientations. */
 
 import tables from 'tables';
+import { readAsCounts } from '../log/reading';
 import { float } from '../printed';
 import { documentText } from '../yaml';
 import type { MultiposeResult } from './procedure';
@@ -29,7 +30,7 @@ export function calibrationContent(result: MultiposeResult, digest: string, date
     date: `${date.toISOString().slice(0, 19)}Z`,
     operator: '',
     station: '',
-    reading: recording.reading,
+    reading: readingOf(result),
     log: { file: recording.source, sha256: digest, duration: float(result.duration) },
     verdict: result.verdict,
     method: {
@@ -51,6 +52,13 @@ export function calibrationContent(result: MultiposeResult, digest: string, date
     accelerometer: triadContent(accelerometer),
     gyroscope: gyroscope && triadContent(gyroscope),
   };
+}
+
+/** Returns how the log was read; its counts by the scale for which the calibration holds. */
+export function readingOf({ recording, options, figures, gyroscope }: MultiposeResult): Record<string, unknown> {
+  if (figures.nominal_scale === null) return recording.reading;
+  const [force, rate] = figures.nominal_scale;
+  return readAsCounts(options.read, [1 / force, gyroscope && 1 / rate], recording.reading.correction);
 }
 
 function temperatureContent([low, mean, high]: [number, number, number]): Record<string, unknown> {

@@ -34,6 +34,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.growing_array import GrowingArray
+from tumble.foundation.log_reading import LogReading, read_as_counts
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.provenance import Provenance, date_now, log_digest
 from tumble.foundation.recording import (
@@ -277,7 +278,7 @@ def multipose(
         faces=_faces(figures),
         nominal_scale=_nominal(figures),
         temperature=unit.acquired.temperature,
-        log=replace(unit.log, sha256=sha256),
+        log=replace(unit.log, sha256=sha256, reading=_reading(unit, _nominal(figures))),
         provenance=_provenance(source, operator, station),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
@@ -619,6 +620,15 @@ def _next_turn(figures: _core.MultiposeGyroscope | None) -> NextTurn | None:
         return None
     parameter = _RATE_UNKNOWNS[found["unknown"]]
     return NextTurn(found["axis"], found["up"], parameter, found["before"], found["after"])
+
+
+def _reading(unit: Imu, nominal: NominalScale | None) -> LogReading:
+    """Returns how the log was read; its counts by the scale for which the calibration holds."""
+    if nominal is None:
+        return unit.log.reading
+    return read_as_counts(
+        unit.log.reading, {"accelerometer": nominal.accelerometer, "gyroscope": nominal.gyroscope}
+    )
 
 
 def _nominal(figures: _core.MultiposeFigures) -> NominalScale | None:

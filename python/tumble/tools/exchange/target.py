@@ -13,7 +13,7 @@ from tumble.calibration.turned_axes import in_axes
 from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import BY_TUMBLE, FileKind
-from tumble.foundation.log_reading import CORRECTION, turns
+from tumble.foundation.log_reading import CORRECTION, counts_in, turns
 from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.foundation.words import join, short
 from tumble.tools.exchange import axes
@@ -121,6 +121,11 @@ def _on_top(calibration: Calibration) -> Iterator[str]:
         yield (
             f"the calibration {calibration.name} holds for readings that are changed as by {turned}; change "
             "them alike"
+        )
+    if counts := counts_in(calibration.log_reading):
+        yield (
+            f"the calibration {calibration.name} holds for counts that are read with {counts}; what converts "
+            "them otherwise needs another"
         )
     if before := calibration.log_reading.get(CORRECTION):
         yield (
