@@ -11,6 +11,9 @@ __version__: str
 STANDARD_GRAVITY: float
 """m/s^2."""
 
+GAP_INTERVALS: int
+"""Sample intervals beyond which a pause in the samples is a gap; shorter ones are bridged."""
+
 VOCABULARY: dict[str, tuple[str, ...]]
 """The words of core and lab by kind: events, reasons, choices and errors, each enumeration in its order."""
 

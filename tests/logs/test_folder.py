@@ -1,10 +1,11 @@
-"""A folder with one log a pose, and the two files of imu_tk."""
+"""A folder with one log a pose or with one log in several files, and the two files of imu_tk."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from bag_fixtures import write_ros1
 from log_fixtures import join, made_up, read, refusal, same, write, write_text
 from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
@@ -68,6 +69,74 @@ def test_gyroscope_unit_found_in_one_part_holds_for_all(tmp_path):
         in_degrees = Chunk(chunk.time, chunk.accelerometer, np.rad2deg(chunk.gyroscope))
         write_text(tmp_path / f"{name}.csv", in_degrees)
     assert [part.metadata.gyroscope_unit.name for part in open_recording(tmp_path).parts] == ["deg/s"] * 2
+
+
+def cut(chunk, edges):
+    """Chunks of a log between the numbers of samples."""
+    spans = zip([0, *edges], [*edges, len(chunk)], strict=True)
+    return [Chunk(chunk.time[a:b], chunk.accelerometer[a:b], chunk.gyroscope[a:b]) for a, b in spans if a < b]
+
+
+def split_bags(folder, pieces):
+    for number, piece in enumerate(pieces):
+        write_ros1(folder / f"session_{number}.bag", {"/imu/data": piece})
+
+
+def split_tables(folder, pieces):
+    for number, piece in enumerate(pieces):
+        write_text(folder / f"log_{number}.csv", piece)
+
+
+def split_logs(folder, pieces):
+    for number, piece in enumerate(pieces):
+        write(folder / f"log_{number}.mcap", piece)
+
+
+@pytest.mark.parametrize("split", [split_bags, split_tables, split_logs])
+@pytest.mark.parametrize("lost", [0, 5])
+def test_files_whose_stamps_follow_on_are_one_log(tmp_path, split, lost):
+    """Names sort file 10 before file 2, and a recorder may lose samples while it opens a file."""
+    whole = made_up(1200, rate=100.0, start=1.7e9, temperature=False)
+    pieces = cut(whole, range(100, 1200, 100))
+    kept = [Chunk(each.time[lost:], each.accelerometer[lost:], each.gyroscope[lost:]) for each in pieces]
+    split(tmp_path, kept)
+    recording = open_recording(tmp_path)
+    assert not recording.parts
+    assert recording.metadata.remarks[0] == (
+        "12 files, read as one log: the stamps of each follow on those of the one before"
+    )
+    assert np.allclose(read(tmp_path).time, np.concatenate([each.time for each in kept]), rtol=0.0, atol=1e-6)
+    assert np.allclose(read(tmp_path).gyroscope, np.concatenate([each.gyroscope for each in kept]))
+
+
+@pytest.mark.parametrize("pause", [0.15, 1.0, 60.0])
+def test_files_with_pauses_between_them_are_parts(tmp_path, pause):
+    pieces = [made_up(100, rate=100.0, start=number * (0.99 + pause)) for number in range(3)]
+    for number, piece in enumerate(pieces):
+        write(tmp_path / f"{number}.parquet", piece)
+    recording = open_recording(tmp_path)
+    assert [part.name for part in recording.parts] == ["0", "1", "2"]
+    assert recording.metadata.remarks == ("3 files, read one after another",)
+
+
+def test_files_of_a_log_without_one_of_them_are_two_logs(tmp_path):
+    whole = made_up(600, rate=100.0, temperature=False)
+    pieces = cut(whole, range(100, 600, 100))
+    split_tables(tmp_path, pieces)
+    (tmp_path / "log_2.csv").unlink()
+    recording = open_recording(tmp_path)
+    assert [len(join(list(part.chunks()))) for part in recording.parts] == [200, 300]
+    assert recording.metadata.remarks[0] == (
+        "5 files, read as 2 logs one after another: stamps follow on from file to file within each"
+    )
+
+
+def test_a_file_that_follows_on_two_is_joined_to_none(tmp_path):
+    first, second = cut(made_up(200, rate=100.0, temperature=False), [100])
+    other = Chunk(first.time + 0.003, first.accelerometer + 0.01, first.gyroscope)
+    for name, chunk in (("a", first), ("b", other), ("c", second)):
+        write_text(tmp_path / f"{name}.csv", chunk)
+    assert len(open_recording(tmp_path).parts) == 3
 
 
 def write_pair(folder, chunk, gyroscope_rows=None, shift=0.0):

@@ -181,6 +181,40 @@ def test_the_command_writes_what_python_writes(written, tmp_path):
     assert text["accelerometer"]["sigma"]["mounting"] == [None] * 3
 
 
+def in_files(samples, folder, edges, pause=0.0):
+    """Writes samples into files that end at the numbers of samples, with s between them."""
+    folder.mkdir()
+    table = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
+    for number, rows in enumerate(np.split(table, edges)):
+        rows[:, 0] += number * pause
+        header = "time_s,ax_m/s^2,ay_m/s^2,az_m/s^2,gx_rad/s,gy_rad/s,gz_rad/s"
+        place = folder / f"{number}.csv"
+        np.savetxt(place, rows, delimiter=",", header=header, comments="", fmt="%.9f")
+    return folder
+
+
+def between(hand, rest):
+    """The number of the sample in the middle of the turn after a rest."""
+    before, after = hand.session.rests[rest : rest + 2]
+    return int(np.searchsorted(hand.unit.samples.time, (before.end + after.start) / 2))
+
+
+def test_a_split_log_is_calibrated_as_the_whole_is(hand, tmp_path):
+    samples = hand.unit.samples
+    whole = tumble.multipose(in_files(samples, tmp_path / "whole", []))
+    found = tumble.multipose(in_files(samples, tmp_path / "split", range(700, len(samples), 700)))
+    assert (len(found.rests), len(found.turns)) == (18, 17)
+    assert np.array_equal(found.accelerometer.M, whole.accelerometer.M)
+    assert np.array_equal(found.gyroscope.M, whole.gyroscope.M)
+
+
+def test_all_rests_of_two_logs_of_a_folder_serve(hand, tmp_path):
+    folder = in_files(hand.unit.samples, tmp_path / "two", [between(hand, 7)], pause=90.0)
+    found = tumble.multipose(folder)
+    assert (len(found.rests), len(found.turns)) == (18, 16)
+    assert misfit(found.accelerometer, hand.force_matrix, hand.unit.accelerometer.b, OWN) < 40.0
+
+
 def test_json_holds_poses_turns_and_the_orientation_to_add(written, tmp_path):
     import json
 

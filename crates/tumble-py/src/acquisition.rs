@@ -353,5 +353,6 @@ impl PyAcquired {
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyAcquisition>()?;
-    module.add_class::<PyAcquired>()
+    module.add_class::<PyAcquired>()?;
+    module.add("GAP_INTERVALS", tumble_core::segmenter::GAP_INTERVALS)
 }

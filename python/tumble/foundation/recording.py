@@ -211,6 +211,8 @@ class Recording:
     """One recording a pose, where the recording is a folder of such files."""
     read_magnetic: Callable[[], MagneticTrack] | None = field(default=None, repr=False)
     """Reads all of the magnetometer, in a pass of its own; None where the log has none."""
+    files: tuple[Recording, ...] = field(default=(), repr=False)
+    """The files of a folder, where parts, or the whole, may be joined from several; else empty."""
 
     @property
     def name(self) -> str:

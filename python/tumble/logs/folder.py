@@ -1,8 +1,8 @@
-"""A folder with one log a pose."""
+"""A folder with one log a pose, or with the files into which one log was split."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from tumble.foundation.recording import Chunk, Recording
 from tumble.foundation.words import count_of
 from tumble.logs.checks import ChunkStream, Counts
 from tumble.logs.formats import FOLDER
+from tumble.logs.split_log import Files, split_logs
 
 _PAUSE = 1.0
 """Seconds put between parts whose clocks all start anew."""
@@ -40,26 +41,54 @@ def log_files(folder: Path) -> list[Path]:
 def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recording:
     """Opens every log of a folder; the whole is the parts one after another.
 
-    In `parts` each keeps its own clock.
+    In `parts` each keeps its own clock. Files into which one log was split are one part, or the whole, which
+    then has no parts.
     """
-    files = log_files(folder)
-    parts = tuple(open_part(path) for path in files)
-    ignored = sorted(path.name for path in entries(folder) if is_file(path) and path not in files)
-    notices = [f"{count_of('file', len(parts))}, read one after another"]
+    paths = log_files(folder)
+    files = tuple(open_part(path) for path in paths)
+    ignored = sorted(path.name for path in entries(folder) if is_file(path) and path not in paths)
+    logs = split_logs(files)
+    notices = [_on_files(files, logs)] if len(files) > 1 else []
     if ignored:
         notices.append(f"left out {', '.join(ignored)}")
+    whole = _joined(files if len(logs) > 1 else logs[0], tuple(map(_log, logs)) if len(logs) > 1 else ())
     metadata = replace(
-        parts[0].metadata,
+        whole.metadata,
         name=folder.name,
         source=str(folder),
         format=FOLDER,
         clock="",
         alone=True,
-        remarks=(*notices, *dict.fromkeys(notice for part in parts for notice in part.metadata.remarks)),
+        remarks=(*notices, *whole.metadata.remarks),
     )
-    has_all = all(part.has_magnetometer for part in parts)
-    read_magnetic = (lambda: _magnetic(parts)) if has_all else None
-    return Recording(metadata, lambda: FolderStream(parts), parts, read_magnetic)
+    return replace(whole, metadata=metadata)
+
+
+def _on_files(files: Files, logs: Sequence[Files]) -> str:
+    """Describes how the files of a folder are read."""
+    seen = count_of("file", len(files))
+    if len(logs) == len(files):
+        return f"{seen}, read one after another"
+    if len(logs) == 1:
+        return f"{seen}, read as one log: the stamps of each follow on those of the one before"
+    return (
+        f"{seen}, read as {count_of('log', len(logs))} one after another: stamps follow on from file to file "
+        "within each"
+    )
+
+
+def _log(files: Files) -> Recording:
+    """Returns a log that was split into files, or the one file that is a log."""
+    return files[0] if len(files) == 1 else _joined(files)
+
+
+def _joined(files: Files, parts: Files = ()) -> Recording:
+    """Returns files one after another, under the name of the first."""
+    remarks = dict.fromkeys(remark for file in files for remark in file.metadata.remarks)
+    metadata = replace(files[0].metadata, remarks=tuple(remarks))
+    has_all = all(file.has_magnetometer for file in files)
+    read_magnetic = (lambda: _magnetic(files)) if has_all else None
+    return Recording(metadata, lambda: FolderStream(files), parts, read_magnetic, files)
 
 
 def _magnetic(parts: tuple[Recording, ...]) -> MagneticTrack:
@@ -85,19 +114,14 @@ def _shift_of(start: float, end: float | None) -> float:
     return 0.0 if end is None or start > end else end + _PAUSE - start
 
 
-class FolderStream(Iterator[Chunk]):
+class FolderStream(ChunkStream):
     """One pass over all parts, each shifted in time only as far as time would otherwise run backwards."""
 
-    expected: int | None = None
-
     def __init__(self, parts: tuple[Recording, ...]) -> None:
-        self.counts = Counts()
+        self.counts, self.expected = Counts(), None
         self._chunks = self._one_after_another(parts)
 
-    def __next__(self) -> Chunk:
-        return next(self._chunks)
-
-    def _one_after_another(self, parts: tuple[Recording, ...]) -> Iterator[Chunk]:
+    def _one_after_another(self, parts: tuple[Recording, ...]) -> Generator[Chunk, None, None]:
         end: float | None = None
         for part in parts:
             shift: float | None = None

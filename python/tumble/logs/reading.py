@@ -90,8 +90,8 @@ def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recordi
     """Opens a folder of poses; what one pose shows of the gyroscope's unit holds for all."""
     recording = open_folder(folder, lambda path: _open_file(path, imu, options, alone=False))
     if options.accelerometer_scale is not None and "accelerometer" in recording.metadata.triads:
-        check_counts(str(folder), _gravity_of(recording.parts))
-    units = {part.metadata.gyroscope_unit.name for part in recording.parts}
+        check_counts(str(folder), _gravity_of(recording.files))
+    units = {part.metadata.gyroscope_unit.name for part in recording.files}
     if len(units) > 1:
         stated = replace(options, gyroscope_unit="deg/s")
         recording = open_folder(folder, lambda path: _open_file(path, imu, stated, alone=False))

@@ -365,7 +365,7 @@ def _provenance(source: RecordingSource, operator: str, station: str) -> Provena
 def _labelled(recording: Recording, sections: Sections | None) -> tuple[Section, ...]:
     if sections is not None:
         return sections_of(sections)
-    return sections_of_folder(recording) if recording.parts else ()
+    return sections_of_folder(recording) if recording.parts or recording.files else ()
 
 
 def as_counts(read: ReadOptions | None) -> ReadOptions:

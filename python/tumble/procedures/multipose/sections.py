@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TypeAlias
@@ -68,19 +68,23 @@ def sections_of(given: Sections) -> tuple[Section, ...]:
 
 
 def sections_of_folder(recording: Recording) -> tuple[Section, ...]:
-    """Returns the rest of each file of a folder with one a pose; a file named as a label bears it.
+    """Returns the stretches that the files of a folder are named after, else all rests that its parts show.
 
-    Raises `ProcedureError` where a file shows no rest, or two have one name.
+    A log that was split into files without such names has no sections: it shows its rests by itself.
+
+    Raises `ProcedureError` where a part shows no rest, or two files have one name.
     """
-    found = []
+    files = recording.files or recording.parts
+    labels = [label_of(name) for name in pose_files(replace(recording, parts=files))]
+    if set(labels) == {REST}:
+        files, labels = recording.parts, [REST] * len(recording.parts)
+    found: list[Section] = []
     before = 0
-    for name, part in zip(pose_files(recording), recording.parts, strict=True):
-        label = label_of(name)
-        times = np.concatenate([chunk.time for chunk in part.chunks()])
-        first, end = (0, len(times)) if label in FULL_TURNS else _longest_rest(part, times)
-        found.append(Section(label, before + first, before + end))
+    for label, file in zip(labels, files, strict=True):
+        times = np.concatenate([chunk.time for chunk in file.chunks()])
+        found += [Section(label, before + a, before + b) for a, b in _stretches(label, file, times)]
         before += len(times)
-    return _checked(found, recording.name)
+    return _checked(found, recording.name) if found else ()
 
 
 def label_of(name: str) -> str:
@@ -94,13 +98,16 @@ def label_of(name: str) -> str:
     return REST
 
 
-def _longest_rest(part: Recording, times: FloatArray) -> tuple[int, int]:
-    rests = acquire(part).acquired.rest_times
+def _stretches(label: str, file: Recording, times: FloatArray) -> list[tuple[int, int]]:
+    """Returns the first sample of each stretch that a label names, and the first after it."""
+    if label in FULL_TURNS:
+        return [(0, len(times))]
+    rests = acquire(file).acquired.rest_times
     if not len(rests):
-        raise ProcedureError("shows no rest of 1 s or longer; record this pose again", about=part.name)
-    longest = rests[np.argmax(rests[:, 1] - rests[:, 0])]
-    first, end = np.searchsorted(times, longest - CLOSE)
-    return int(first), int(end)
+        raise ProcedureError("shows no rest of 1 s or longer; record this pose again", about=file.name)
+    spans = [(int(first), int(end)) for first, end in np.searchsorted(times, rests - CLOSE)]
+    long = [span for span in spans if span[1] - span[0] >= SHORTEST]
+    return long if label == REST and long else [max(spans, key=lambda span: span[1] - span[0])]
 
 
 def _json_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
