@@ -11,6 +11,7 @@ from live_fixtures import HEADER, pieces_of, resting, samples_of, scripted, text
 from simulated_clock import SimulatedClock
 from tumble.foundation.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
+from tumble.live.source import UnreadableSourceError
 
 COUNTER = 2**32
 
@@ -60,6 +61,34 @@ def test_samples_that_come_twice_or_late_are_left_out_and_counted():
     source = scripted([text_lines(table[order])])
     assert np.array_equal(samples_of(source), table)
     assert "left out 3 samples that came twice or out of order" in source.remarks
+
+
+def coarse(step, rate=100.0):
+    """Rows at rest whose stamps are rounded down to steps, s."""
+    table = resting(400)
+    table[:, 0] = np.floor(np.arange(len(table)) / rate / step + 1e-9) * step
+    return table
+
+
+@pytest.mark.parametrize("per_arrival", [1, 7, 400])
+@pytest.mark.parametrize("step", [0.02, 0.05])
+def test_samples_that_share_stamps_but_not_values_are_refused(step, per_arrival):
+    lines = text_lines(coarse(step)).splitlines(keepends=True)
+    pieces = [b"".join(lines[k : k + per_arrival]) for k in range(0, len(lines), per_arrival)]
+    with pytest.raises(UnreadableSourceError, match=r"too coarse; give the rate of its samples with --rate"):
+        samples_of(scripted(pieces))
+
+
+def test_a_coarse_clock_is_no_matter_where_the_rate_is_stated():
+    table = coarse(0.02)
+    found = samples_of(scripted([text_lines(table)], rate=100.0))
+    assert np.allclose(found[:, 0], np.arange(400) / 100.0)
+
+
+def test_stamps_of_whole_milliseconds_serve_nearly_as_many_samples():
+    """Of 960 samples a second none shares its stamp, of 1050 one in 21."""
+    for rate, least in ((960.0, 400), (1050.0, 380)):
+        assert len(samples_of(scripted([text_lines(coarse(0.001, rate))]))) >= least
 
 
 def test_a_device_that_starts_anew_is_refused():

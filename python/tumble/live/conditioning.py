@@ -16,7 +16,8 @@ from tumble.foundation.words import count_of
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts, joined
 from tumble.live.reordering import ReorderBuffer
-from tumble.live.source import LiveChunk, PolledSource, Source, SourceChangedError
+from tumble.live.source import LiveChunk, PolledSource, Source, SourceChangedError, UnreadableSourceError
+from tumble.logs.checks import clocks_clash
 from tumble.logs.conversion import Conversion, case_from_log, conversion_for, notices_on_axes
 from tumble.logs.magnetometer import field_scale
 from tumble.logs.options import ReadOptions
@@ -32,6 +33,8 @@ IMPOSSIBLE_READING = 1e4, 1e3
 """m/s^2 and rad/s that no sensor on a robot reads."""
 FASTEST_TO_REFUSE = 5
 """Successive samples too fast for rad/s; a single one was corrupted on the way."""
+FEWEST_CLASHES = 10
+"""Samples that share a stamp but not readings: fewer, right after the start, are no share of all yet."""
 STRAY_STAMPS = 20.0
 """Times the usual distance of the first stamps from their median beyond which one is corrupt; even: 2."""
 STRAY_READINGS = 1000.0
@@ -56,6 +59,12 @@ class Conditioner:
         """Samples left out because the time or a channel is no finite number."""
         self.late = 0
         """Samples left out because they are no newer than the one before."""
+        self._read = 0
+        """Samples whose time and readings were looked at."""
+        self._clashes = 0
+        """Those of the late ones that share the stamp of the one before but not its readings."""
+        self._latest: FloatArray = np.full(6, np.nan)
+        """(6,) readings of the sample before."""
         self.impossible = 0
         """Samples left out because no sensor reads that, or no clock shows it."""
         self.cut_off = 0
@@ -173,6 +182,7 @@ class Conditioner:
         self.without_number, self.late = previous.without_number, previous.late
         self.impossible, self.cut_off = previous.impossible, previous.cut_off
         self.undecided = previous.undecided + sum(map(len, previous._head))
+        self._read, self._clashes = previous._read, previous._clashes
         self._before, self._from_field = previous._known, previous._from_field
         self._units_before = previous._units_before
         if self._order is not None and previous._order is not None:
@@ -303,9 +313,11 @@ class Conditioner:
     def _checked(self, readings: Readings, arrival: float) -> LiveChunk:
         samples, moving, magnetic = readings.samples, readings.moving, readings.magnetic
         assert samples.time is not None, "every sample was stamped"
+        self._read += len(samples)
+        before, self._latest = self._latest, np.r_[samples.accelerometer[-1], samples.gyroscope[-1]]
         if not self._are_ordinary(samples.time, samples.accelerometer, samples.gyroscope):
             samples = _with_numbers(samples)
-            kept = self._fit_to_use(samples)
+            kept = self._fit_to_use(samples, before)
             if not kept.any():
                 return EMPTY
             readings = Readings(samples, moving, magnetic).part(kept)
@@ -321,8 +333,11 @@ class Conditioner:
             field=magnetic,
         )
 
-    def _fit_to_use(self, samples: RawSamples) -> NDArray[np.bool_]:
-        """Returns for each sample whether to keep it; counts the others."""
+    def _fit_to_use(self, samples: RawSamples, before: FloatArray) -> NDArray[np.bool_]:
+        """Returns for each sample whether to keep it; counts the others.
+
+        `before` (6,) are the readings of the sample before them.
+        """
         assert samples.time is not None, "every sample was stamped"
         numbers = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
         finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(numbers), axis=1)
@@ -339,10 +354,23 @@ class Conditioner:
             self.refusal = self._restarted(self._gate.ran_back)
         self.impossible += int((finite & ~believed).sum())
         time = np.where(believed, samples.time, -np.inf)
-        late = believed & (time <= np.maximum.accumulate(np.concatenate([[newest_before], time]))[:-1])
+        newest = np.maximum.accumulate(np.concatenate([[newest_before], time]))[:-1]
+        late = believed & (time <= newest)
         self.late += int(late.sum())
+        values = np.vstack([before, numbers[:, 1:]])
+        self._clashes += int((late & (time == newest) & (values[1:] != values[:-1]).any(axis=1)).sum())
+        self._refuse_coarse_clock()
         kept: NDArray[np.bool_] = believed & ~late
         return kept
+
+    def _refuse_coarse_clock(self) -> None:
+        """Has the source refused where too many samples share a stamp, as a log of it would be."""
+        if self._clashes >= FEWEST_CLASHES and clocks_clash(self._clashes, self._read):
+            self.refusal = UnreadableSourceError(
+                f"{self._name}: {self._clashes} of {self._read} samples share the time stamp of the one "
+                "before but not its readings: the clock of the device is too coarse; give the rate of its "
+                "samples with --rate, or send finer stamps"
+            )
 
     def _are_ordinary(self, time: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray) -> bool:
         """Returns whether nothing is to be left out or counted, as is usual; a quick test of one sample."""

@@ -37,7 +37,7 @@ from tumble.live.source import (
     LOG_CLOCK,
     LiveChunk,
     Source,
-    SourceChangedError,
+    UnreadableSourceError,
     readable,
 )
 from tumble.logs.options import ReadOptions, options_for
@@ -71,7 +71,7 @@ class SourceEvent:
     reason: str = ""
     """Reason of the loss."""
     is_final: bool = False
-    """Indicates a loss after which the source is not opened again: it now states something else."""
+    """Indicates a loss after which the source is not opened again: that would not mend it."""
 
 
 class _Unit:
@@ -357,7 +357,7 @@ class LiveSet:
             if not self._keep_going:
                 raise named from error
             self._leave(unit)
-            is_final = isinstance(error, SourceChangedError)
+            is_final = isinstance(error, UnreadableSourceError)
             if is_final:
                 unit.has_ended, unit.heard, unit.refusal = True, math.inf, str(named)
             else:

@@ -34,7 +34,11 @@ def nothing_came(name: str) -> LogError:
     )
 
 
-class SourceChangedError(LogError):
+class UnreadableSourceError(LogError):
+    """A source is not read further: whoever opens it again reads the same."""
+
+
+class SourceChangedError(UnreadableSourceError):
     """A source states other columns or units than before, so that it is not read further."""
 
 

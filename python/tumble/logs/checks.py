@@ -531,11 +531,16 @@ class ChunkStream(Iterator[Chunk]):
                 f"{self._track.source}: {name} is no number in {found} of {counts.read} samples; "
                 "up to 1 % would be left out, but this is a fault: repair or cut the log"
             )
-        if counts.clashes > _LARGEST_SHARE_OF_CLASHES * counts.read:
+        if clocks_clash(counts.clashes, counts.read):
             raise LogError(
                 f"{self._track.source}: {counts.clashes} of {counts.read} samples share the time stamp of "
                 "the one before but not its values: the clock of the log is too coarse; read it with --rate"
             )
+
+
+def clocks_clash(clashes: int, samples: int) -> bool:
+    """Returns whether so many samples share a stamp but no readings that the clock is too coarse for them."""
+    return clashes > _LARGEST_SHARE_OF_CLASHES * samples
 
 
 def _stand_alone(values: FloatArray, least: float) -> Mask:
