@@ -86,7 +86,7 @@ def test_a_coarse_clock_is_no_matter_where_the_rate_is_stated():
 
 
 def test_stamps_of_whole_milliseconds_serve_nearly_as_many_samples():
-    """Of 960 samples a second none shares its stamp, of 1050 one in 21."""
+    """At 960 samples a second none shares its stamp, at 1050 one in 21."""
     for rate, least in ((960.0, 400), (1050.0, 380)):
         assert len(samples_of(scripted([text_lines(coarse(0.001, rate))]))) >= least
 

@@ -55,6 +55,37 @@ def test_a_pose_that_was_taken_again_and_knocked_at_counts_as_two():
     assert "the rest at X up was disturbed and fell into 2 rests; all are used" in result.warnings
 
 
+def turned_at(time, angle):
+    """Turn the unit about the vertical by deg, over 2 s of a rest that begins at a time."""
+
+    def turn(times, force, rate):
+        x = np.clip((times - time) / 2.0, 0.0, 1.0)
+        up = force[np.searchsorted(times, time)] / np.linalg.norm(force[np.searchsorted(times, time)])
+        rate += np.outer(np.radians(angle) / 2.0 * 30.0 * (x * (1.0 - x)) ** 2, up)
+
+    return turn
+
+
+@pytest.mark.parametrize(("angle", "is_disturbed"), [(4.0, True), (90.0, False), (-360.0, False)])
+def test_a_turn_about_the_vertical_is_no_disturbance(session, angle, is_disturbed):
+    at = [rest.start + 5.0 for rest in calibrate(session).reference.rests][1]
+    turn = turned_at(at, angle)
+    result = tumble.turntable(changed(session.reference, turn), changed(session.targets[0], turn))
+    assert [rest.pose for rest in result.reference.rests].count("X down") == 2
+    said = [each for each in result.warnings if "X down" in each]
+    assert bool(said) == is_disturbed, said
+    assert ("the rest at X down was disturbed and fell into 2 rests; all are used" in said) == is_disturbed
+
+
+def test_without_a_gyroscope_two_rests_in_a_row_leave_both_open(session):
+    at = [rest.start + 5.0 for rest in calibrate(session).reference.rests][1]
+    (chunk,) = changed(session.reference, knocked_at(at)).chunks()
+    reference = Recording.from_arrays("reference", chunk.time, chunk.accelerometer, None)
+    result = tumble.turntable(reference, changed(session.targets[0], knocked_at(at)))
+    (said,) = (each for each in result.warnings if "X down" in each)
+    assert said.startswith("2 rests in a row at X down: one that was disturbed, or turns about the vertical")
+
+
 CASES = {
     "standard gravity": (
         {},

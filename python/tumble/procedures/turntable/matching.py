@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
 
-from tumble.acquisition.imu import pose_files
+from tumble.acquisition.acquire import rests_after_rates
+from tumble.acquisition.imu import Imu, pose_files
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray, Recording
 from tumble.foundation.words import count_of
@@ -43,9 +45,9 @@ def match_poses(
     forces: FloatArray,
     parts: Sequence[int],
     poses: PoseList | None,
-    after_rates: Collection[int] = (),
+    turned: Sequence[bool | None],
 ) -> PoseMatch:
-    """Matches rests, by mean specific force (k, 3), to poses; those `after_rates` follow a constant rate.
+    """Matches rests, by mean specific force (k, 3), to poses; `turned` is as of `turned_between_rests`.
 
     Raises `ProcedureError` where a pose of the list is missing, tipped, or mislabelled.
     """
@@ -56,7 +58,7 @@ def match_poses(
         labelled = _by_file(recording, parts, poses)
         _refuse_mislabelled(recording, forces, labelled, parts, poses)
         strange = [recording.parts[part].name for k, part in enumerate(parts) if k not in labelled]
-        return _matched(forces, parts, labelled, poses, _strange_files(strange), after_rates)
+        return _matched(forces, parts, labelled, poses, _strange_files(strange), turned)
     nearest = [_nearest(force, poses) for force in forces]
     labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
     if poses is SIX_FACES and not _shows_six_faces(labelled, len(forces)):
@@ -78,7 +80,7 @@ def match_poses(
             "or use --poses none",
             about=recording.name,
         )
-    return _matched(forces, parts, labelled, poses, _extras(nearest), after_rates)
+    return _matched(forces, parts, labelled, poses, _extras(nearest), turned)
 
 
 def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
@@ -155,29 +157,44 @@ def _matched(
     labelled: dict[int, Pose],
     poses: PoseList,
     warnings: tuple[str, ...],
-    after_rates: Collection[int],
+    turned: Sequence[bool | None],
 ) -> PoseMatch:
     ups = np.full(forces.shape, np.nan)
     for k, pose in labelled.items():
         ups[k] = pose.up
     names = {k: pose.name for k, pose in labelled.items()}
-    visits = _visits(names, parts, poses, after_rates)
-    return PoseMatch(ups, names, "", (*warnings, *_interrupted(visits), *_repeated(visits)))
+    visits = _visits(names, parts, poses)
+    return PoseMatch(ups, names, "", (*warnings, *_interrupted(visits, turned), *_repeated(visits)))
+
+
+def turned_between_rests(unit: Imu) -> tuple[bool | None, ...]:
+    """Returns, for each rest but the first, whether the unit was turned since the rest before.
+
+    A bump ends in the attitude in which it began, so that the integral of the rate over it is small, heading
+    included; a turn about the vertical shows in it alone, a full one too. None where nothing shows it: there
+    is no gyroscope, or samples are missing.
+    """
+    acquired, rates = unit.acquired, rests_after_rates(unit.acquired)
+    if "gyroscope" not in unit.triads:
+        return tuple(True if k in rates else None for k in range(1, len(acquired.rest_times)))
+    pauses = acquired.rest_times[1:, 0] - acquired.rest_times[:-1, 1]
+    angles = acquired.turn_angles - acquired.rest_angular_rate[:-1] * pauses[:, np.newaxis]
+    far = np.degrees(np.linalg.norm(angles, axis=1)) > LARGEST_TIP
+    return tuple(
+        True if k in rates else bool(is_far) if is_known else None
+        for k, (is_far, is_known) in enumerate(zip(far, acquired.turn_complete, strict=True), start=1)
+    )
 
 
 Visits: TypeAlias = dict[str, list[list[int]]]
 """Rests of each pose, in the order of the list, for each time that the table was turned to it."""
 
 
-def _visits(
-    names: dict[int, str], parts: Sequence[int], poses: PoseList, after_rates: Collection[int]
-) -> Visits:
-    """Rests of one pose in a row are one that was disturbed, unless the table turned between."""
+def _visits(names: dict[int, str], parts: Sequence[int], poses: PoseList) -> Visits:
+    """Rests of one pose in a row are one visit to it."""
     visits: Visits = {pose.name: [] for pose in poses}
     for k in sorted(names):
         of_pose = visits[names[k]]
-        if k in after_rates and names.get(k - 1) == names[k]:
-            continue
         if of_pose and of_pose[-1][-1] == k - 1 and parts[k] == parts[k - 1]:
             of_pose[-1].append(k)
         else:
@@ -185,13 +202,19 @@ def _visits(
     return visits
 
 
-def _interrupted(visits: Visits) -> list[str]:
-    return [
-        f"the rest at {name} was disturbed and fell into {len(visit)} rests; all are used"
-        for name, of_pose in visits.items()
-        for visit in of_pose
-        if len(visit) > 1
-    ]
+def _interrupted(visits: Visits, turned: Sequence[bool | None]) -> Iterator[str]:
+    """Describes rests in a row between which the table did not turn about the vertical."""
+    for name, of_pose in visits.items():
+        for visit in of_pose:
+            between = [turned[k - 1] for k in visit[1:]]
+            stood = [len(list(same)) + 1 for was_turned, same in groupby(between) if was_turned is False]
+            for rests in stood:
+                yield f"the rest at {name} was disturbed and fell into {rests} rests; all are used"
+            if None in between:
+                yield (
+                    f"{count_of('rest', len(visit))} in a row at {name}: one that was disturbed, or turns "
+                    "about the vertical between them, which no gyroscope shows; all are used"
+                )
 
 
 def _repeated(visits: Visits) -> list[str]:

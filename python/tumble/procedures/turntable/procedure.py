@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import acquire, refuse_if_unfit, rests_after_rates
+from tumble.acquisition.acquire import acquire, refuse_if_unfit
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
@@ -30,7 +30,7 @@ from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.certified import CertificateSource, CertifiedReference, day_of
 from tumble.procedures.turntable.commanded import commanded_rates, rates_not_shown, refuse_without_gyroscope
 from tumble.procedures.turntable.magnetometers import ReferenceMagnetometer, with_magnetometer_option
-from tumble.procedures.turntable.matching import PoseMatch, match_poses
+from tumble.procedures.turntable.matching import PoseMatch, match_poses, turned_between_rests
 from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import TREATMENTS
 from tumble.procedures.turntable.reference import pose_results, reference_result, reference_warnings
@@ -188,7 +188,7 @@ def open_session(
         unit.acquired.rest_specific_force,
         unit.acquired.rest_parts,
         pose_list,
-        rests_after_rates(unit.acquired),
+        turned_between_rests(unit),
     )
     fitted = _fitted_reference(unit, match, settings, of_force, uncertainty)
     asked = procedure_of(reference)
