@@ -51,7 +51,7 @@ def test_a_damaged_time_of_day_is_named_with_its_line(tmp_path):
     [
         (datetime(2026, 10, 25, 2, 59, 50), "%Y-%m-%dT%H:%M:%S.%f", -3600.0, "at the end of summer time"),
         (datetime(2026, 5, 1, 23, 59, 50), "%H:%M:%S.%f", 0.0, "as times of day do at midnight; write the"),
-        (datetime(2026, 5, 1, 12), "%Y-%m-%dT%H:%M:%S.%f", -1800.0, "sort the log by time"),
+        (datetime(2026, 5, 1, 12), "%Y-%m-%dT%H:%M:%S.%f", -1800.0, "and goes on from there: the device"),
     ],
 )
 def test_a_step_of_the_clock_is_named_with_its_remedy(tmp_path, start, form, step, said):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from log_fixtures import made_up, read, real, refusal, same, write
+from log_fixtures import join, made_up, read, real, refusal, same, write
 from tumble.foundation.recording import Chunk
 from tumble.logs import open_recording
 from tumble.logs.row_order import LARGEST_DISPLACEMENT
@@ -72,7 +72,26 @@ def test_two_recordings_in_one_file_are_not_interleaved(tmp_path):
     )
     line = refusal(write(tmp_path / "log.parquet", both))
     assert "row 401" in line
-    assert "1024 rows" in line
+    assert "recordings were joined; cut the log there" in line
+    assert "--rate" not in line
+
+
+@pytest.mark.parametrize("late", [1, 15, 300])
+def test_samples_that_came_by_two_ways_count_once(tmp_path, late):
+    chunk = made_up(3000, temperature=False)
+    order = np.argsort(np.concatenate([np.arange(3000), np.arange(3000) + late + 0.5]), kind="stable") % 3000
+    recording = open_recording(write(tmp_path / "log.parquet", in_order(chunk, order)))
+    stream = recording.chunks()
+    assert same(join(list(stream)), chunk)
+    assert "left out 3000 samples with the time stamp of the one before" in stream.counts.notices()
+
+
+def test_late_samples_that_differ_are_not_taken_for_copies(tmp_path):
+    chunk = made_up(3000, temperature=False)
+    order = np.argsort(np.concatenate([np.arange(3000), np.arange(3000) + 15.5]), kind="stable") % 3000
+    both = in_order(chunk, order)
+    changed = Chunk(both.time, both.accelerometer + 1e-6 * (np.arange(6000) % 7)[:, None], both.gyroscope)
+    assert "1024 rows" in refusal(write(tmp_path / "log.parquet", changed))
 
 
 def test_held_rows_are_few_however_long_the_log(tmp_path):

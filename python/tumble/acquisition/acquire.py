@@ -140,6 +140,7 @@ def acquire(
         next(iter(digests.values())),
         tuple(stuck),
         tuple(failed),
+        tuple(counts.clock_sets),
     )
 
 

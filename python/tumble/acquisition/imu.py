@@ -64,6 +64,8 @@ class Imu:
     """Channels that repeated one reading for a while."""
     thermometer: tuple[ThermometerFault, ...] = ()
     """Stretches without a temperature."""
+    clock_sets: tuple[float, ...] = ()
+    """s, of the first sample after each time that the clock was set, as of `Counts`."""
 
     @property
     def name(self) -> str:

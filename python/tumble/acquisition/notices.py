@@ -13,6 +13,7 @@ from tumble.foundation.recording import Metadata
 from tumble.foundation.sample_rates import on_slow_rate
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
+from tumble.logs.set_clock import PAUSE_INTERVALS
 from tumble.logs.unread_columns import on_missing
 
 
@@ -24,6 +25,7 @@ def notices(unit: Imu, missing: int | None = None) -> Iterator[str]:
     """
     metadata, acquired = unit.recording.metadata, unit.acquired
     missing = acquired.missing if missing is None else missing
+    missing = max(0, missing - len(unit.clock_sets) * (PAUSE_INTERVALS - 1))
     for triad in TRIADS:
         if triad not in unit.triads:
             yield (
@@ -99,5 +101,6 @@ def _turns(acquired: _core.Acquired) -> Iterator[tuple[bool, float, float]]:
 def _gaps(unit: Imu) -> Iterator[str]:
     for complete, start, end in _turns(unit.acquired):
         saturated = any(fault.is_of_gyroscope and fault.touches(start, end) for fault in unit.faults)
-        if not complete and not saturated:
+        is_set = any(start <= time <= end for time in unit.clock_sets)
+        if not complete and not saturated and not is_set:
             yield messages.GAP.format(span=unit.log.time.span(start, end))

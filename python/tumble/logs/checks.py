@@ -25,6 +25,7 @@ from tumble.logs.row_order import (
     WrongTime,
     select,
 )
+from tumble.logs.set_clock import SetClock
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.triads import largest_each
 from tumble.logs.unit_switch import UnitSwitch
@@ -141,6 +142,8 @@ class Counts:
     """Temperature over the whole pass."""
     unit_switch: UnitSwitch = field(default_factory=UnitSwitch)
     """Length of gravity at rest over the whole pass."""
+    clock_sets: list[float] = field(default_factory=list)
+    """s, of the first sample after each time that the clock was set ahead by years."""
 
     def add(self, other: Counts) -> None:
         """Counts what another pass has met as well."""
@@ -158,6 +161,7 @@ class Counts:
         self.beginning.join(other.beginning)
         self.warming.join(other.warming)
         self.unit_switch.join(other.unit_switch)
+        self.clock_sets += other.clock_sets
 
     def notices(self) -> tuple[str, ...]:
         """Describes omissions; empty if there were none."""
@@ -167,6 +171,12 @@ class Counts:
         if self.duplicates:
             notices.append(
                 f"left out {count_of('sample', self.duplicates)} with the time stamp of the one before"
+            )
+        if self.clock_sets:
+            when = ", ".join(f"{time:.6g} s" for time in self.clock_sets)
+            notices.append(
+                f"its clock was set while it was written, at {when}: later times follow on earlier ones "
+                "after a pause of unknown length, and no turn across it is used"
             )
         if self.unstamped:
             notices.append(
@@ -231,6 +241,8 @@ class ChunkStream(Iterator[Chunk]):
         """Largest reading so far; infinite once there was one that is no reading."""
         self._last: Chunk | None = None
         self._order = RowOrder(drop_wrong=skip_bad_lines)
+        self._clock = SetClock()
+        self.counts.clock_sets = self._clock.times
         self.counts.reordering = self._order.reordering
         self._chunks = self._generate(pieces)
 
@@ -252,10 +264,17 @@ class ChunkStream(Iterator[Chunk]):
                 yield from self._finished(self._drop_no_samples(stamped, first))
                 continue
             for rows in self._in_order(*self._drop_unsound(stamped, first)):
-                yield from self._finished(self._read(rows))
+                yield from self._finished(self._on_one_clock(self._read(rows)))
         for rows in self._rest():
-            yield from self._finished(self._read(rows))
+            yield from self._finished(self._on_one_clock(self._read(rows)))
         self._check_totals()
+
+    def _on_one_clock(self, chunk: Chunk) -> Chunk:
+        """Puts times on the clock of the first sample where the clock was set meanwhile."""
+        if len(chunk) == 0:
+            return chunk
+        time, received = self._clock.follow(chunk.time, chunk.received)
+        return chunk if time is chunk.time else replace(chunk, time=time, received=received)
 
     def _finished(self, kept: Chunk) -> Iterator[Chunk]:
         """Returns what is left of a chunk, if anything is, without duplicates and gaps of temperature."""
@@ -357,6 +376,11 @@ class ChunkStream(Iterator[Chunk]):
             )
         if cause := _change_of_clock(row.step):
             return LogError(f"{seen}, {cause}, or read it with --rate if its samples are in order")
+        if row.goes_on:
+            return LogError(
+                f"{seen}, and goes on from there: the device or its clock started anew, or recordings were "
+                "joined; cut the log there, and give its parts as files of a folder"
+            )
         return LogError(
             f"{seen}, further than the {LARGEST_DISPLACEMENT} rows within which late rows are sorted, "
             "or into no gap; sort the log by time, or read it with --rate if its samples are in order"

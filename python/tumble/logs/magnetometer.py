@@ -17,6 +17,7 @@ from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.conversion import case_from_log, counts_per_axis, stated_unit
 from tumble.logs.options import ReadOptions
 from tumble.logs.repeated_readings import firsts_of_runs
+from tumble.logs.set_clock import SetClock
 from tumble.logs.track import (
     CHUNK_SAMPLES,
     DEFINED,
@@ -117,7 +118,7 @@ def magnetic_track(
     kept = kept[np.argsort(time[kept], kind="stable")]
     kept = kept[np.diff(time[kept], prepend=-np.inf) > 0.0]
     track = MagneticTrack(
-        time[kept],
+        SetClock().follow(time[kept])[0] if len(kept) else time[kept],
         field[kept],
         _known(raw.current, kept),
         magnetometer.current_unit,

@@ -22,6 +22,8 @@ _SMALLEST_GAP = 1.5
 _LARGEST_STEP_AT_ENDS = 3.0
 """Largest ratio to the usual step between a row that becomes the first or the last and its neighbour."""
 
+_FEWEST_BEHIND = 10
+"""Rows behind a step back that show that time goes on from there; with fewer, they may be late rows."""
 _ROWS_A_STEP_BACK = 4
 """Late rows for each step back of time, at most, for which the step of all rows is the usual one."""
 
@@ -85,6 +87,8 @@ class WrongTime:
     """Time since the row before it in the log, s."""
     alone: bool
     """True where the rows beside it in the log are in order."""
+    goes_on: bool = False
+    """True where the rows behind it go on from its time, as where a clock starts anew."""
 
 
 class RowOrder:
@@ -173,11 +177,13 @@ class RowOrder:
         ordered = time[order]
         after = np.append(np.diff(ordered), np.inf)[rank[moved]]
         before = np.append(np.inf, np.diff(ordered))[rank[moved]]
-        sound = gap >= _SMALLEST_GAP * usual
-        sound &= (before > 0.0) & (after > 0.0) | _repeats(logged, order, rank)[moved]
+        repeats = _repeats(logged, order, rank)[moved]
+        sound = (gap >= _SMALLEST_GAP * usual) & (before > 0.0) & (after > 0.0)
         sound[place == 0] &= after[place == 0] <= _LARGEST_STEP_AT_ENDS * usual
         if at_end:
             sound[place == len(kept)] &= before[place == len(kept)] <= _LARGEST_STEP_AT_ENDS * usual
+        # A row that repeats another fills no gap: it came twice, and is left out later.
+        sound |= repeats
         displacement = np.abs(rank[moved] + self._given - logged.places[moved])
         sound &= (displacement <= LARGEST_DISPLACEMENT) & (time[moved] >= self._last)
         wrong = np.zeros(len(time), dtype=np.bool_)
@@ -191,13 +197,28 @@ class RowOrder:
         beside = np.append(wrong[1:], False) | np.append(False, wrong[:-1])
         alone = bool((wrong & ~beside).any()) and not (wrong & beside).any()
         rows = np.flatnonzero(wrong) if alone else np.flatnonzero(steps < 0.0)[:1]
-        found = [WrongTime(int(logged.numbers[at]), float(time[at]), float(steps[at]), alone) for at in rows]
+        found = [
+            WrongTime(
+                int(logged.numbers[at]),
+                float(time[at]),
+                float(steps[at]),
+                alone,
+                not alone and _goes_on(steps[at:]),
+            )
+            for at in rows
+        ]
         if not (alone and self._drop_wrong):
             raise WrongOrderError(found[0])
         self.dropped += found
         self._pushed -= len(found)
         kept = logged.select(~wrong)
         return replace(kept, places=kept.places - np.searchsorted(np.sort(logged.places[wrong]), kept.places))
+
+
+def _goes_on(steps: FloatArray) -> bool:
+    """Returns whether a step back, first of (n,) s, is followed by none, nor by one that takes it back."""
+    behind = steps[1:]
+    return len(behind) >= _FEWEST_BEHIND and bool((behind >= 0.0).all() and behind.max() < -0.5 * steps[0])
 
 
 class WrongOrderError(Exception):
