@@ -201,8 +201,22 @@ def test_the_vote_names_the_unit_without_which_others_agree():
     deviation = np.ones((7, 2, 3, 2, 3)) * ratio[..., None]
     vote = Vote(((0, 1), (0, 2), (1, 2)), 3, ratio.shape)
     both = np.ones((2, 3), dtype=bool)
-    assert vote.found(ratio, deviation, both).tolist() == [-1, -1]
-    assert vote.found(ratio, deviation, both).tolist() == [1, -1]
+    assert vote.found(ratio, deviation, both).tolist() == [0, 0]
+    assert vote.found(ratio, deviation, both).tolist() == [1 << 1, 0]
+
+
+@pytest.mark.parametrize(("against", "named"), [(2.0, 0b01010), (0.9, 0)])
+def test_the_most_that_agree_name_those_that_each_contradicts(against, named):
+    pairs = tuple((i, j) for j in range(5) for i in range(j))
+    apart = [3.0 if 1 in pair else against if 3 in pair else 0.2 for pair in pairs]
+    ratio = np.zeros((7, 1, 10, 2))
+    ratio[0, 0, :, 0] = apart
+    deviation = np.ones((7, 1, 10, 2, 3)) * ratio[..., None]
+    vote = Vote(pairs, 5, ratio.shape)
+    all_pairs = np.ones((1, 10), dtype=bool)
+    # Unit 1 alone is named once the others agree well enough.
+    assert vote.found(ratio, deviation, all_pairs).tolist() == [0]
+    assert vote.found(ratio, deviation, all_pairs).tolist() == [named]
 
 
 def test_no_unit_raises_the_vibration_of_the_set_alone():

@@ -61,7 +61,7 @@ def test_a_pause_of_days_stays_one(tmp_path):
     assert found.time[-1] > 7e5
 
 
-def test_a_session_whose_clock_was_set_in_a_turn_loses_that_turn_alone(tmp_path):
+def test_a_session_whose_clock_was_set_in_a_turn_loses_that_turn(tmp_path):
     hand = simulate_multipose(seed=11, bias_instability=False, g_sensitivity=False, latitude_deg=None)
     before, after = hand.session.rests[7:9]
     at = int(np.searchsorted(hand.unit.samples.time, (before.end + after.start) / 2))

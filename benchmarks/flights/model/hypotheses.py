@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,17 +39,19 @@ LOSSY_WINDOWS = 40
 
 
 class Vote:
-    """The unit without which the others agree."""
+    """The unit, or the fewest units, without which the others agree. Sets are numbers, a bit a unit."""
 
     def __init__(self, pairs: Sequence[tuple[int, int]], units: int, shape: tuple[int, ...]) -> None:
         """Begins without a finding; `shape` is that of ratios (s, b, p, 2)."""
+        self.pairs = tuple(pairs)
+        self.units = units
         self.without = np.array([[unit not in pair for pair in pairs] for unit in range(units)])
         scales, runs, _, sensors = shape
-        self.odd = np.full((scales, runs, sensors), -1)
+        self.odd = np.zeros((scales, runs, sensors), dtype=np.int64)
         self.deviation = np.zeros((scales, runs, sensors, 3))
 
     def found(self, ratio: FloatArray, deviation: FloatArray, active: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Returns the unit (b,) that was odd in two windows in succession, or -1; active pairs are (b, p)."""
+        """Returns the units (b,) that were odd in two windows in succession; active pairs are (b, p)."""
         known = np.where(active[None, :, :, None], ratio, 0.0)
         worst = known.max(axis=2)
         at = np.argmax(known, axis=2)
@@ -63,14 +66,34 @@ class Vote:
         is_odd = (worst > 1.0) & (ordered[0] < CLEAR) & (ordered[0] < CLEARER * ordered[1])
         sizes = np.linalg.norm(now, axis=-1) * np.linalg.norm(self.deviation, axis=-1)
         steady = np.sum(now * self.deviation, axis=-1) > STEADY * sizes
-        odd = np.where(is_odd, best, -1)
-        confirmed = np.where((odd >= 0) & (odd == self.odd) & steady, known.max(axis=2), 0.0)
+        odd = np.where(is_odd, 1 << best, 0)
+        for scale, run, sensor in np.argwhere((worst > 1.0) & ~is_odd):
+            odd[scale, run, sensor] = self._several(limited[scale, run, :, sensor], active[run])
+        confirmed = np.where((odd > 0) & (odd == self.odd) & steady, known.max(axis=2), 0.0)
         self.odd, self.deviation = odd, now
         flat = confirmed.transpose(1, 0, 2).reshape(len(active), -1)
         units = odd.transpose(1, 0, 2).reshape(len(active), -1)
         which = np.argmax(flat, axis=1)
         rows = np.arange(len(active))
-        return np.where(flat[rows, which] > 0.0, units[rows, which], -1)
+        return np.where(flat[rows, which] > 0.0, units[rows, which], 0)
+
+    def _several(self, ratio: FloatArray, active: NDArray[np.bool_]) -> int:
+        """Returns the fewest units, of two and more, that each of the rest contradicts, the most of all."""
+        judged = [pair for pair, is_active in zip(self.pairs, active, strict=True) if is_active]
+        ratios = dict(zip(self.pairs, ratio.tolist(), strict=True))
+        all_units = sorted({unit for pair in judged for unit in pair})
+        for count in range(2, (len(all_units) - 1) // 2 + 1):
+            found = []
+            for some in combinations(all_units, count):
+                within = [ratios[pair] for pair in judged if not set(pair) & set(some)]
+                across = [ratios[pair] for pair in judged if len(set(pair) & set(some)) == 1]
+                is_apart = min(across) > 1.0 and min(within) > 0.0
+                found.append((max(within), not is_apart, some))
+            found.sort()
+            (best, is_none, some), (following, *_) = found[:2]
+            if not is_none and best < CLEAR and best < CLEARER * following:
+                return sum(1 << unit for unit in some)
+        return 0
 
 
 class Own:

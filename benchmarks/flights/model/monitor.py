@@ -282,9 +282,11 @@ class Monitor:
     ) -> None:
         odd = self.vote.found(comparison.ratio, comparison.deviation, judged)
         enough = active.sum(axis=1) > 2
-        for run in np.nonzero((odd >= 0) & enough)[0]:
-            self.voted_out[run, odd[run]] = True
-            self._name(run, odd[run], now, "out of family")
+        for run in np.nonzero((odd > 0) & enough)[0]:
+            for unit in range(self.units):
+                if odd[run] >> unit & 1:
+                    self.voted_out[run, unit] = True
+                    self._name(run, unit, now, "out of family")
         worst = np.where(judged[None, :, :, None], comparison.ratio, 0.0).max(axis=(0, 3))
         self.disputing = np.where(worst > 1.0, self.disputing + 1, 0)
         dwell = np.where(enough, DWELL[1], DWELL[0])[:, None]

@@ -92,7 +92,7 @@ impl PySetMonitor {
 fn told<'py>(py: Python<'py>, event: &SetEvent<f64>, origin: f64) -> PyResult<Told<'py>> {
     let figures = PyDict::new(py);
     match event.kind {
-        SetEventKind::Unhealthy { reason, finding } => {
+        SetEventKind::Unhealthy { reason, finding, .. } => {
             figures.set_item("reason", reason.name())?;
             if let Some(finding) = finding {
                 tell(&figures, &finding)?;

@@ -70,6 +70,17 @@ impl UnitSet {
         self.0.count_ones()
     }
 
+    /// All sets of so many of these units.
+    pub fn choose(self, count: u32) -> impl Iterator<Item = Self> {
+        let mut next = Some(self.0);
+        let all = core::iter::from_fn(move || {
+            let now = next?;
+            next = (now != 0).then(|| now.wrapping_sub(1) & self.0);
+            Some(Self(now))
+        });
+        all.filter(move |some| some.count() == count)
+    }
+
     /// First eight units, the lowest bit that of unit 0.
     #[allow(clippy::cast_possible_truncation)]
     pub fn bits(self) -> u8 {
@@ -108,6 +119,30 @@ mod tests {
         }
         assert_eq!(all.next(), None);
         assert_eq!(pairs::<1>().count(), 0);
+    }
+
+    #[test]
+    fn each_choice_comes_once() {
+        let mut some = UnitSet::of::<6>(|unit| unit != 2);
+        let mut all = some.choose(2);
+        for pair in [
+            [4, 5],
+            [3, 5],
+            [1, 5],
+            [0, 5],
+            [3, 4],
+            [1, 4],
+            [0, 4],
+            [1, 3],
+            [0, 3],
+            [0, 1],
+        ] {
+            let pair = UnitSet::of::<6>(|unit| pair.contains(&unit));
+            assert_eq!(all.next(), Some(pair));
+        }
+        assert_eq!(all.next(), None);
+        some = UnitSet::default();
+        assert_eq!(some.choose(1).count(), 0);
     }
 
     #[test]

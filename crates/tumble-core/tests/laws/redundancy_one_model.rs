@@ -9,6 +9,7 @@ use tumble_core::redundancy::model::motion::{MOTION, MotionOfSet};
 use tumble_core::redundancy::model::table::{BLOCK, HOP, SIGMAS, UNCALIBRATED, WALK};
 use tumble_core::redundancy::model::triangle::InformationTriangle;
 use tumble_core::redundancy::model::window::UnitWindows;
+use tumble_core::redundancy::unit_count::{UnitCount, Units};
 use tumble_core::sample::Sample;
 
 use crate::common::Draws;
@@ -165,6 +166,81 @@ fn flown<T: Real>(fault: [[f64; 3]; 2], finds_delays: bool) -> (Vec<SetEvent<T>>
         }
     }
     (events, monitor)
+}
+
+/// Flies units of 100 Hz for 24 s, some of which have a fault from 20 s on.
+fn flown_together<T: Real, const UNITS: usize>(faults: &[(usize, [[f64; 3]; 2])]) -> Vec<SetEvent<T>>
+where
+    Units<UNITS>: UnitCount,
+{
+    let flight = Flight { noise: [0.03, 0.003] };
+    let mut draws = Draws::new(11);
+    let mut monitor = SetMonitor::<T, UNITS>::new(true);
+    let mut events = Vec::new();
+    for step in 0..2400_u64 {
+        let time = 1_000_000 + step * 10_000;
+        for unit in 0..UNITS {
+            let fault = faults.iter().find(|(faulty, _)| step >= 2000 && *faulty == unit);
+            let add = fault.map_or([[0.0; 3]; 2], |(_, fault)| *fault);
+            let sample = flight.sample(time, &mut draws, add);
+            monitor.push(unit, &sample, &mut |event| events.push(*event));
+        }
+    }
+    events
+}
+
+/// A step of one axis of both sensors, m/s^2 and a tenth of it in rad/s.
+fn step_of(size: f64, axis: usize) -> [[f64; 3]; 2] {
+    let along = |size: f64| core::array::from_fn(|i| if i == axis { size } else { 0.0 });
+    [along(size), along(0.1 * size)]
+}
+
+/// Units that are named within a second, in order; no other event of an unhealthy unit.
+fn named_at_once<T: Real>(events: &[SetEvent<T>]) -> Vec<usize> {
+    let mut units: Vec<_> = named(events)
+        .into_iter()
+        .map(|(time, unit)| {
+            assert!((21_000_000..22_000_000).contains(&time), "unit {unit} at {time}");
+            unit
+        })
+        .collect();
+    units.sort_unstable();
+    units
+}
+
+#[test]
+fn the_most_that_agree_name_all_others_of_five() {
+    fn law<T: Real>() {
+        for [one, other] in [[0, 1], [1, 3], [0, 4]] {
+            for second in [step_of(1.0, 0), step_of(-1.0, 0), step_of(1.0, 2)] {
+                let events = flown_together::<T, 5>(&[(one, step_of(1.0, 0)), (other, second)]);
+                assert_eq!(named_at_once(&events), [one, other]);
+                let source = events.iter().rev().find_map(|event| match event.kind {
+                    SetEventKind::Selected { .. } => event.unit,
+                    _ => None,
+                });
+                assert_eq!(source, (0..5).find(|unit| ![one, other].contains(unit)));
+            }
+        }
+    }
+    law::<f64>();
+    law::<f32>();
+}
+
+#[test]
+fn three_of_seven_are_named_by_four() {
+    let faults = [(0, step_of(1.0, 0)), (2, step_of(-1.0, 1)), (5, step_of(1.0, 2))];
+    assert_eq!(named_at_once(&flown_together::<f32, 7>(&faults)), [0, 2, 5]);
+}
+
+#[test]
+fn no_unit_is_named_where_no_more_than_half_agree() {
+    let faults = [(0, step_of(1.0, 0)), (1, step_of(-1.0, 1)), (2, step_of(1.0, 2))];
+    let [one, other, third] = faults;
+    assert_eq!(named(&flown_together::<f32, 4>(&[one, other])), []);
+    assert_eq!(named(&flown_together::<f32, 5>(&[one, other, third])), []);
+    assert_eq!(named(&flown_together::<f32, 6>(&[one, other, third])), []);
+    assert_eq!(named(&flown_together::<f32, 6>(&[])), []);
 }
 
 fn named<T: Real>(events: &[SetEvent<T>]) -> Vec<(u64, usize)> {

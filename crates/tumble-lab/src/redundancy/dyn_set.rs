@@ -65,9 +65,14 @@ fn widened<T: Real>(event: &SetEvent<T>) -> SetEvent<f64> {
         seconds: wide(finding.seconds),
     };
     let kind = match &event.kind {
-        SetEventKind::Unhealthy { reason, finding } => SetEventKind::Unhealthy {
+        SetEventKind::Unhealthy {
+            reason,
+            finding,
+            together,
+        } => SetEventKind::Unhealthy {
             reason: *reason,
             finding: finding.as_ref().map(wide_finding),
+            together: *together,
         },
         SetEventKind::Disagree { other, finding } => SetEventKind::Disagree {
             other: *other,

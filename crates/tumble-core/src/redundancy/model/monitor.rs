@@ -33,6 +33,8 @@ crate::vocabulary! {
             reason: Reason,
             /// The deviation that shows it, where there is one.
             finding: Option<Exceedance<T>>,
+            /// Units that are wrong by the same comparison, itself too.
+            together: UnitSet,
         } = "unhealthy",
         /// A unit counts again.
         Healthy = "healthy",
@@ -439,7 +441,7 @@ where
         let readings = self.corrected(&at);
         let (worst, named) = self.compare(&at, &readings);
         if has_begun {
-            self.look_at_vote(&at, named, report);
+            self.look_at_vote(&at, named, &worst, report);
             self.look_at_dispute(&at, &worst, report);
             self.look_at_rest(&at, report);
             self.disputed = disputed(&at, &worst);
@@ -624,8 +626,9 @@ where
                 }
             }
             if at.has_begun {
-                let judged = |pair| at.active.contain_both(pair);
-                named = self.vote.take::<UNITS>(scale, compared.as_ref(), judged, named);
+                named = self
+                    .vote
+                    .take::<UNITS>(scale, compared.as_ref(), at.active, named);
             }
         }
         (worst, named)
@@ -660,22 +663,37 @@ where
         found
     }
 
+    #[inline(never)]
     fn look_at_vote(
         &mut self,
         at: &Evaluated<'_, T, UNITS>,
         named: Option<Named<T>>,
+        worst: &<Units<UNITS> as UnitCount>::OfPairs<Exceedance<T>>,
         report: ReportEvent<'_, T>,
     ) {
-        if let Some(named) = named
-            && at.active.count() > 2
-        {
-            self.voted_out.insert(named.unit);
-            report(&unhealthy(
-                at.now,
-                named.unit,
-                Reason::OutOfFamily,
-                Some(named.finding),
-            ));
+        let Some(named) = named.filter(|_| at.active.count() > 2) else {
+            return;
+        };
+        self.voted_out = self.voted_out.or(named.units);
+        let rest = at.active.without(named.units);
+        for unit in named.units.units() {
+            let mut finding = named.finding;
+            if named.units.count() > 1 {
+                finding = Exceedance::none();
+                let ratios = pairs::<UNITS>().zip(worst.as_ref());
+                for ([i, j], own) in ratios {
+                    let is_own = (i == unit && rest.contains(j)) || (j == unit && rest.contains(i));
+                    if is_own && own.ratio > finding.ratio {
+                        finding = *own;
+                    }
+                }
+            }
+            let kind = SetEventKind::Unhealthy {
+                reason: Reason::OutOfFamily,
+                finding: Some(finding),
+                together: named.units,
+            };
+            report(&event(at.now, unit, kind));
         }
     }
 
@@ -945,5 +963,12 @@ fn event<T: Real>(time: u64, unit: usize, kind: SetEventKind<T>) -> SetEvent<T> 
 }
 
 fn unhealthy<T: Real>(time: u64, unit: usize, reason: Reason, finding: Option<Exceedance<T>>) -> SetEvent<T> {
-    event(time, unit, SetEventKind::Unhealthy { reason, finding })
+    let mut together = UnitSet::default();
+    together.insert(unit);
+    let kind = SetEventKind::Unhealthy {
+        reason,
+        finding,
+        together,
+    };
+    event(time, unit, kind)
 }

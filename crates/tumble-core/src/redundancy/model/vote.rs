@@ -1,16 +1,16 @@
-//! Vote of three and more: the unit without which the others agree.
+//! Vote of three and more: the unit, or the fewest units, without which the others agree.
 
 use super::table::{CLEAR, COUNT};
 use super::test::{Exceedance, PairComparison, norm};
 use crate::real::{Real, real};
 use crate::redundancy::components::larger;
 use crate::redundancy::sensor::SENSORS;
-use crate::redundancy::unit_set::pairs;
+use crate::redundancy::unit_set::{UnitSet, pairs};
 
-/// Unit that was odd in a window, and the largest deviation of its pairs.
+/// Units that were odd in a window, and the largest deviation of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Odd<T: Real> {
-    unit: Option<u8>,
+    units: UnitSet,
     deviation: [T; 3],
 }
 
@@ -20,12 +20,12 @@ pub struct Vote<T: Real> {
     before: [[Odd<T>; 2]; COUNT],
 }
 
-/// The unit that a window names, and what names it.
+/// The units that a window names, and what names them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Named<T: Real> {
-    /// Number of the unit.
-    pub unit: usize,
-    /// Largest ratio of its pairs.
+    /// One unit, or several of five and more.
+    pub units: UnitSet,
+    /// Largest ratio of a pair.
     pub finding: Exceedance<T>,
 }
 
@@ -33,7 +33,7 @@ impl<T: Real> Vote<T> {
     /// Begins without a finding.
     pub fn new() -> Self {
         let none = Odd {
-            unit: None,
+            units: UnitSet::default(),
             deviation: [T::zero(); 3],
         };
         Self {
@@ -41,14 +41,13 @@ impl<T: Real> Vote<T> {
         }
     }
 
-    /// Takes the comparisons of all pairs over one scale, of which `judged` count, and names the unit that is odd now as in the
-    /// window before, unless `best` is named by a larger ratio (docs/theory/set.md, eq. 21).
-    #[allow(clippy::cast_possible_truncation)]
+    /// Takes the comparisons of all pairs over one scale, of which those of `active` units count, and names the units that are odd
+    /// now as in the window before, unless `best` is named by a larger ratio (docs/theory/set.md, eq. 21 and 21a).
     pub fn take<const UNITS: usize>(
         &mut self,
         scale: usize,
         compared: &[PairComparison<T>],
-        judged: impl Fn([usize; 2]) -> bool,
+        active: UnitSet,
         best: Option<Named<T>>,
     ) -> Option<Named<T>> {
         let mut best = best;
@@ -56,12 +55,15 @@ impl<T: Real> Vote<T> {
             return best;
         };
         for ((sensor, which), before) in SENSORS.into_iter().enumerate().zip(before) {
+            let judged = || {
+                let all = pairs::<UNITS>().zip(compared);
+                all.filter(|(pair, _)| active.contain_both(*pair))
+            };
             let mut worst = T::zero();
             let mut deviation = compared
                 .first()
                 .map_or([T::zero(); 3], |first| first.deviation[sensor]);
-            let mut left = [T::zero(); UNITS];
-            for (_, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
+            for (_, found) in judged() {
                 let ratio = found.ratio[sensor];
                 if ratio > worst {
                     (worst, deviation) = (ratio, found.deviation[sensor]);
@@ -69,13 +71,16 @@ impl<T: Real> Vote<T> {
             }
             // A deviation beyond the limit of one pair is no agreement in another.
             let in_limits = worst / larger(norm(&deviation), T::default_epsilon());
-            for (pair, found) in pairs::<UNITS>().zip(compared).filter(|(pair, _)| judged(*pair)) {
-                let own = found.ratio[sensor];
-                let ratio = if own > T::zero() {
-                    larger(own, in_limits * norm(&found.deviation[sensor]))
-                } else {
-                    own
-                };
+            let ratios = || {
+                judged().map(|(pair, found)| {
+                    let own = found.ratio[sensor];
+                    let is_known = own > T::zero();
+                    let limited = larger(own, in_limits * norm(&found.deviation[sensor]));
+                    (pair, if is_known { limited } else { own })
+                })
+            };
+            let mut left = [T::zero(); UNITS];
+            for (pair, ratio) in ratios() {
                 for (_, left) in left
                     .iter_mut()
                     .enumerate()
@@ -84,20 +89,23 @@ impl<T: Real> Vote<T> {
                     *left = larger(*left, ratio);
                 }
             }
-            let odd = odd_one(&left, worst);
-            let is_same = odd.is_some() && odd.map(|unit| unit as u8) == before.unit;
-            if let Some(unit) = odd
-                && is_same
+            let odd = match odd_one(&left, worst) {
+                Some(unit) => UnitSet::of::<UNITS>(|number| number == unit),
+                None if worst > T::one() => odd_several(active, ratios),
+                None => UnitSet::default(),
+            };
+            if odd.count() > 0
+                && odd == before.units
                 && is_steady(&deviation, &before.deviation)
                 && best.as_ref().is_none_or(|best| worst > best.finding.ratio)
             {
                 best = Some(Named {
-                    unit,
+                    units: odd,
                     finding: Exceedance::of(worst, &deviation, which, scale),
                 });
             }
             *before = Odd {
-                unit: odd.map(|unit| unit as u8),
+                units: odd,
                 deviation,
             };
         }
@@ -127,6 +135,53 @@ pub fn odd_one<T: Real, const UNITS: usize>(left: &[T; UNITS], worst: T) -> Opti
     let [clear, clearer, _] = CLEAR.map(real::<T>);
     let (best, next) = (best?, next?);
     (worst > T::one() && best < clear && best < clearer * next).then_some(unit)
+}
+
+/// The fewest units, two and more, without which the rest agree, more than half of all: clearly, and clearly better than without
+/// any others as many. Each of them disagrees with each of the rest (docs/theory/set.md, eq. 21a).
+#[inline(never)]
+fn odd_several<T: Real, I>(active: UnitSet, ratios: impl Fn() -> I) -> UnitSet
+where
+    I: Iterator<Item = ([usize; 2], T)>,
+{
+    let [clear, clearer, _] = CLEAR.map(real::<T>);
+    for count in 2..=active.count().saturating_sub(1) / 2 {
+        let (mut units, mut best, mut next) = (UnitSet::default(), None, None);
+        for some in active.choose(count) {
+            let rest = active.without(some);
+            let (mut left, mut is_apart) = (T::zero(), true);
+            for (pair, ratio) in ratios() {
+                if rest.contain_both(pair) {
+                    left = larger(left, ratio);
+                    // Means that are not usable are no agreement.
+                    is_apart &= ratio > T::zero();
+                } else if !some.contain_both(pair) {
+                    is_apart &= ratio > T::one();
+                }
+            }
+            if is_apart && best.is_none_or(|best| left < best) {
+                next = smallest(next, best);
+                (units, best) = (some, Some(left));
+            } else {
+                next = smallest(next, Some(left));
+            }
+        }
+        if let (Some(best), Some(next)) = (best, next)
+            && best < clear
+            && best < clearer * next
+        {
+            return units;
+        }
+    }
+    UnitSet::default()
+}
+
+/// The smaller of two numbers, of those that are there.
+fn smallest<T: Real>(one: Option<T>, other: Option<T>) -> Option<T> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if other < one { other } else { one }),
+        _ => one.or(other),
+    }
 }
 
 /// Tests whether two deviations point one way.

@@ -79,10 +79,14 @@ where
             let time = event.time;
             let kind = |unit, kind| Event { time, unit, kind };
             match event.kind {
-                SetEventKind::Unhealthy { reason, finding } => {
+                SetEventKind::Unhealthy {
+                    reason,
+                    finding,
+                    together,
+                } => {
                     if let Some((unit, finding)) = event.unit.zip(finding) {
                         named.insert(unit);
-                        let fault = fault_of(&finding, reason, unit, sound);
+                        let fault = fault_of(&finding, reason, sound.without(together));
                         contradict_sensors(stored, health, unit, &fault);
                     }
                 }
@@ -380,11 +384,9 @@ fn aiding_window<T: Real, const UNITS: usize>(
     }
 }
 
-/// The fault of a unit that a finding shows, of units that counted.
-fn fault_of<T: Real>(finding: &Exceedance<T>, reason: Reason, unit: usize, sound: UnitSet) -> HealthFault<T> {
+/// The fault of a unit that a finding shows beside units that agree.
+fn fault_of<T: Real>(finding: &Exceedance<T>, reason: Reason, agreeing: UnitSet) -> HealthFault<T> {
     let (sensor, limit) = (finding.sensor, finding.limit());
-    let mut agreeing = sound;
-    agreeing.remove(unit);
     match reason {
         Reason::Rest => HealthFault::Isolated {
             sensor,
