@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import tumble
 from tumble import _core
-from tumble.foundation.noise_terms import WHITE
+from tumble.foundation.noise_terms import RANDOM_WALK, WHITE
 from tumble.foundation.recording import Recording
+from tumble.procedures.noise.course import NoiseCourse
 from tumble.procedures.noise.result import KNOCK, STEP
 from tumble.procedures.noise.result import RAMP_OF_LEVEL as RAMP
 from tumble.procedures.noise.samples import without
@@ -129,3 +131,41 @@ def test_the_step_of_a_given_case_is_named_and_costs_nothing(tmp_path):
     assert "low-pass" not in done.out
     found = tumble.Calibration.load(tmp_path / "still.noise.yaml").accelerometer.noise_density
     np.testing.assert_allclose(found, 1.5e-3, rtol=0.005)
+
+
+QUARTER = 900.0
+
+
+def test_drift_while_warming_up_is_no_random_walk():
+    time, values = drawn((0.0, DENSITY, 0.0, 0.0, 0.0), QUARTER)
+    drift = 10.0 * DENSITY * np.exp(-time / 60.0)
+    warmed = tumble.noise(at_rest(time, values + drift[:, None] * [1.0, 0.0, 0.0, 0.3, 0.0, 0.0]))
+    for name in ("accelerometer x", "gyroscope x"):
+        walk = warmed[name].term(RANDOM_WALK)
+        assert not walk.observable
+        assert walk.high > 0.0
+        assert warmed[name].term(WHITE).observable
+    assert any(
+        "accelerometer x" in line and "level drifts from 0 to 12 %" in line for line in warmed.warnings
+    )
+
+
+def test_noise_that_is_the_same_throughout_does_not_drift():
+    for terms in (
+        (0.0, DENSITY, 0.0, 0.0, 0.0),
+        (0.0, DENSITY, 5e-4, 0.0, 0.0),
+        (0.0, DENSITY, 0.0, 1e-4, 0.0),
+    ):
+        course = NoiseCourse()
+        course.push(drawn(terms, QUARTER)[1])
+        assert course.drifts() == []
+
+
+def test_quiet_parts_of_slow_noise_are_not_chosen_for_rests():
+    time, values = drawn((0.0, DENSITY, 0.0, 0.0, 0.0), QUARTER)
+    share = 1.0 - np.exp(-1.0 / (RATE * 1.3))
+    slow = lfilter([share], [1.0, share - 1.0], values, axis=0)
+    filtered = tumble.noise(at_rest(time, slow))
+    assert filtered.still.used > 0.9 * filtered.still.samples
+    assert filtered.verdict == "model not met"
+    assert any("sways between rests" in line for line in filtered.warnings)

@@ -14,6 +14,8 @@ QUANTISATION, WHITE, BIAS_INSTABILITY, RANDOM_WALK, RAMP = (
     "ramp",
 )
 """The core's words for the terms."""
+SLOW = (BIAS_INSTABILITY, RANDOM_WALK, RAMP)
+"""Terms that long averages show, as a drifting level does."""
 TERM_UNITS: Mapping[Triad, Mapping[str, str]] = {
     "accelerometer": {
         QUANTISATION: "m/s",

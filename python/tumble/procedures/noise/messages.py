@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.units import Triad
 from tumble.foundation.words import count_of, join, length_of_time
-from tumble.procedures.noise.course import NoiseChange
+from tumble.procedures.noise.course import LevelDrift, NoiseChange
 from tumble.procedures.noise.result import KNOCK, RAMP_OF_LEVEL, STEP, ChannelNoise, Disturbance, StillPart
 
 NOTABLE_SHARE = 0.01
@@ -71,6 +71,37 @@ def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterato
             f"{_names(apart)}: the terms follow the measured deviations to within {_shares(apart.values())} "
             "only, as with vibration, changing temperature or a bad seat: intervals are wider by that, "
             "and the curve itself counts"
+        )
+
+
+def drifting(high: float, unit: str) -> str:
+    """Describes the bound on a slow term of a channel whose level drifts in a part of the log."""
+    return (
+        f"not identifiable: at most {high:.2g} {unit}; the level drifts in a part of the log: leave that "
+        "out, and record at a steady temperature"
+    )
+
+
+def level_drifts(found: Collection[LevelDrift], triads: Sequence[Triad]) -> Iterator[str]:
+    """Names channels whose level drifts in a part of the log."""
+    if not found:
+        return
+    names = _names(f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}" for each in found)
+    most = max(found, key=lambda each: each.factor)
+    begin, end = (f"{100.0 * share:.0f}" for share in most.at)
+    yield (
+        f"{names}: the level drifts from {begin} to {end} % of the samples, up to {most.factor:.2g} times as "
+        "much as elsewhere, as while a unit warms up: bias instability and random walk are bounds only; "
+        "leave that part out"
+    )
+
+
+def swaying(names: Sequence[str]) -> Iterator[str]:
+    """Names channels that sway between rests as slow noise or slow motion does."""
+    if names:
+        yield (
+            f"{_names(names)}: sways between rests by no more than noise may, as behind a slow low-pass "
+            "filter or on something soft: it counts as noise; if the unit moved, let it lie on something firm"
         )
 
 

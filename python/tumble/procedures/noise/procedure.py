@@ -21,13 +21,13 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.noise_terms import TERM_UNITS
+from tumble.foundation.noise_terms import SLOW, TERM_UNITS
 from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import INTERVAL, Parameter
 from tumble.foundation.units import UNITS, Triad
 from tumble.logs import ReadOptions
 from tumble.procedures.noise import messages
-from tumble.procedures.noise.course import NoiseChange
+from tumble.procedures.noise.course import LevelDrift, NoiseChange
 from tumble.procedures.noise.result import ChannelNoise, DeviationCurve, Disturbance, NoiseResult, StillPart
 from tumble.procedures.noise.samples import StillSamples, without
 from tumble.procedures.noise.stillness import Stillness, stillness
@@ -44,6 +44,7 @@ class _ReadOut(NamedTuple):
     figures: list[_core.NoiseFigures]
     still: StillPart
     changes: list[NoiseChange]
+    drifts: list[LevelDrift]
     clipped: list[int]
     """Numbers of the channels whose noise the end of their range cuts off."""
 
@@ -71,7 +72,6 @@ def noise(
     recordings = open_joined(sources, read)
     first = recordings[0]
     before = started_from(calibration, first.metadata)
-    triads = first.metadata.triads
     units: list[Imu] = []
     for recording in recordings:
         unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
@@ -81,21 +81,12 @@ def noise(
         refuse_copies((each.name, each.digest) for each in units)
     still = [stillness(unit.recording, np.array(unit.acquired.rest_times)) for unit in units]
     read_out, disturbances = _without_disturbances(recordings, still, progress)
-    found, part, changes, clipped = read_out
-    coarse = {each.channel for unit in units for each in coarse_channels(unit.acquired, triads)}
-    channels = tuple(
-        unshown(channel, messages.ROUNDED)
-        if channel.name in coarse
-        else unshown(channel, messages.CLIPPED)
-        if number in clipped
-        else channel
-        for number, channel in enumerate(channels_of(triads, found))
-    )
+    channels, remarks = _channels(read_out, units, still)
     return NoiseResult(
         name=first.name,
         sources=tuple(log_name(recording) for recording in recordings),
         serial=first.metadata.serial or (before.serial if before else ""),
-        still=part,
+        still=read_out.still,
         channels=channels,
         disturbances=disturbances,
         temperature=_temperature(units),
@@ -105,11 +96,36 @@ def noise(
         warnings=(
             *_notices(units),
             *messages.disturbances(disturbances, {unit.name: unit.log.time for unit in units}),
-            *messages.warnings_of(part, channels),
-            *messages.changing(changes, triads),
+            *messages.warnings_of(read_out.still, channels),
+            *remarks,
         ),
         software=f"tumble {_core.__version__}",
     )
+
+
+def _channels(
+    read_out: _ReadOut, units: Sequence[Imu], still: Sequence[Stillness]
+) -> tuple[tuple[ChannelNoise, ...], list[str]]:
+    """Returns the noise of all channels as far as the logs show it, and remarks on what hides the rest."""
+    triads = units[0].recording.metadata.triads
+    names = [f"{triad} {axis}" for triad in triads for axis in "xyz"]
+    sways = np.any([each.sways for each in still], axis=0)
+    coarse = [each.channel for unit in units for each in coarse_channels(unit.acquired, triads)]
+    why = dict.fromkeys((names[number] for number in read_out.clipped), messages.CLIPPED)
+    why |= dict.fromkeys(coarse, messages.ROUNDED)
+    changing = {each.channel for each in read_out.changes}
+    # White noise that changes makes means scatter more, too, and is named.
+    drifts = {each.channel: each for each in read_out.drifts if each.channel not in changing}
+    channels = tuple(
+        unshown(channel, why[channel.name]) if channel.name in why else _bounded(channel, drifts.get(number))
+        for number, channel in enumerate(channels_of(triads, read_out.figures))
+    )
+    remarks = [
+        *messages.changing(read_out.changes, triads),
+        *messages.level_drifts(list(drifts.values()), triads),
+        *messages.swaying([names[number] for number in np.flatnonzero(sways)]),
+    ]
+    return channels, remarks
 
 
 def _without_disturbances(
@@ -146,7 +162,9 @@ def _read(
     still = StillSamples(recordings[0].metadata.triads, watch)
     for recording, times in zip(recordings, rests, strict=True):
         still.read(recording, times, progress)
-    return _ReadOut(*still.finish(), still.course.changes(), still.range_ends.reached())
+    return _ReadOut(
+        *still.finish(), still.course.changes(), still.course.drifts(), still.range_ends.reached()
+    )
 
 
 def _disturbances(
@@ -250,6 +268,28 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
         degrees_of_freedom=fit["degrees_of_freedom"],
         misfit=fit["misfit"],
         filter=fit["filter"],
+    )
+
+
+def _bounded(channel: ChannelNoise, drift: LevelDrift | None) -> ChannelNoise:
+    """Returns a channel with its slow terms as bounds where its level drifts in a part of the log."""
+    if drift is None:
+        return channel
+    return replace(
+        channel,
+        terms=tuple(
+            replace(
+                term,
+                value=math.nan,
+                sigma=math.inf,
+                low=0.0,
+                observable=False,
+                reason=messages.drifting(term.high, term.unit),
+            )
+            if term.observable and term.name in SLOW
+            else term
+            for term in channel.terms
+        ),
     )
 
 

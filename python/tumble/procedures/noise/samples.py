@@ -135,6 +135,7 @@ class StillSamples:
         if not self._in_stretch:
             return
         self.record.end_stretch()
+        self.course.end_stretch()
         self._stretches += 1
         self._used += self._in_stretch
         self._longest = max(self._longest, self._in_stretch)
