@@ -371,6 +371,12 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
             ),
         )?;
     }
+    if let Some((asymmetry, sigma)) = &triad.asymmetry {
+        figures.set_item(
+            "asymmetry",
+            (<[f64; 3]>::from(*asymmetry), <[f64; 3]>::from(*sigma)),
+        )?;
+    }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;
     figures.set_item("by_direction", triad.by_direction)?;

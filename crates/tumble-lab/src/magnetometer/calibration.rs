@@ -173,6 +173,7 @@ fn describe(
         inheritance: Inheritance::default(),
         drift: None,
         slip: None,
+        asymmetry: None,
         model: fit.model,
         covariance,
         observed: [true; 12],

@@ -11,6 +11,7 @@ use tumble_core::turntable::truth::{
 };
 
 use super::accelerometer::nominal;
+use super::asymmetry::asymmetric;
 use super::clock_shift::{Shifted, find_shift};
 use super::error::TurntableError;
 use super::flicker::refine;
@@ -131,7 +132,11 @@ impl TargetSession<'_> {
         }
         inputs.noise = self.noise_of_residuals::<4, 18>(&observations, &inputs)?;
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
-        let triad = finish(&solved, &observations, labels, &inputs, 0.0, &[])?;
+        let mut triad = finish(&solved, &observations, labels.clone(), &inputs, 0.0, &[])?;
+        if let Some(bent) = asymmetric(&observations, &inputs, &solved)? {
+            triad = finish(&bent.solved, &bent.observations, labels, &inputs, 0.0, &[])?;
+            triad.asymmetry = Some(bent.asymmetry);
+        }
         Ok(with_responses(triad.with_pace(pace), &rates))
     }
 

@@ -4,6 +4,7 @@
 //! [`calibrate`] makes a [`Target`] of both.
 
 mod accelerometer;
+mod asymmetry;
 mod clock_shift;
 mod commanded;
 mod direction_misfit;

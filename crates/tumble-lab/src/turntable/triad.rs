@@ -35,6 +35,9 @@ pub struct TriadCalibration {
     pub drift: Option<BiasDrift>,
     /// Turn of the unit in its fixture, where the residuals asked for it: M is that before.
     pub slip: Option<Slip>,
+    /// Difference of the scales of a gyroscope at positive and negative rates over their mean, and its 1-sigma, where the
+    /// residuals asked for it.
+    pub asymmetry: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Directions decided by the data.
     pub rank: usize,
     /// Factor on the variances because the residuals exceed the noise; one where they do not.
@@ -225,6 +228,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
             constant: f64::INFINITY,
         }),
         slip: None,
+        asymmetry: None,
         rank: solved.rank,
         widened,
         by_direction: 0.0,

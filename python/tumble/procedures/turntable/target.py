@@ -27,7 +27,7 @@ from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.provenance import NO_LOG
 from tumble.foundation.results import Trace, TriadName, TriadResult
 from tumble.foundation.units import TRIADS
-from tumble.foundation.words import count_of
+from tumble.foundation.words import count_of, join
 from tumble.poses.triads import triad_result
 from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.clock_steps import TimedTurns
@@ -45,6 +45,9 @@ PARTS_PER_MILLION = 1e6
 LARGEST_RESIDUAL = 0.5
 """m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
 
+LEAST_SHOWN = 0.5
+"""1-sigma of the asymmetry of an axis over the largest, beyond which it turned mostly one way. The prior is
+the root mean square of the others: doubled, only an axis of which nothing shows is named."""
 UNLIKELY = 1e-4
 """Chance of a chi-square so small that it deserves a remark, as one too large does."""
 
@@ -343,6 +346,7 @@ class TargetProcedure:
         yield from self._response(result.gyroscope)
         yield from _drift(figures["accelerometer"])
         yield from (slip for angle, slip in self._slip(figures["accelerometer"]) if angle <= LOOSE)
+        yield from _asymmetry(figures["gyroscope"])
         yield from dict.fromkeys(each for triad in result.triads for each in triad.objections)
         for triad in result.triads:
             if triad.by_direction:
@@ -367,6 +371,26 @@ class TargetProcedure:
 
 def _with_objections(triad: TriadResult | None, objections: tuple[str, ...]) -> TriadResult | None:
     return triad and replace(triad, objections=(*triad.objections, *objections))
+
+
+def _asymmetry(figures: _core.TriadFigures | None) -> Iterator[str]:
+    """Names axes whose scale differs by direction, and those that turned one way only."""
+    if figures is None or "asymmetry" not in figures:
+        return
+    values, sigmas = (1e6 * np.array(each) for each in figures["asymmetry"])
+    most = float(np.abs(values).max())
+    one_way = [axis for axis, sigma in zip("xyz", sigmas, strict=True) if sigma > LEAST_SHOWN * most]
+    verb, whose = ("turns", "its") if len(one_way) == 1 else ("turn", "their")
+    rest = (
+        f"; {join(one_way)} {verb} mostly one way, so that {whose} scale is uncertain by as much: turn it "
+        "both ways"
+        if one_way
+        else ""
+    )
+    yield (
+        f"the gyroscope has another scale at positive than at negative rates, by up to {most:.2g} ppm: the "
+        f"mean of both is given{rest}"
+    )
 
 
 def _drift(figures: _core.TriadFigures | None) -> Iterator[str]:
