@@ -7,7 +7,9 @@ use crate::align::grid::{Grid, SensorDelays, TrianglePair};
 use crate::align::rates::{
     ABOVE_NOISE, Changed, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
 };
-use crate::align::response::{LARGEST_DELAY, ResponseTerms, SMALLEST_DELAY, is_shown, shared_noise};
+use crate::align::response::{
+    LARGEST_DELAY, ResponseTerms, SMALLEST_DELAY, fourth_derivatives, fourth_sigma, is_shown, shared_noise,
+};
 use crate::align::robust::{
     GaussianPrior, ResidualRow, covariance, covariance_of_neglected, covariance_of_shared_noise, scale_of,
     step,
@@ -28,8 +30,10 @@ const THIRD: usize = 20;
 const RATE_DELAY: usize = 21;
 const RATE_SECOND: usize = 22;
 
-/// Unknowns that may be left out of the fit: stretch, and second order of the response.
-const NEGLECTED: usize = 7;
+/// Unknowns that are left out of the fit or may be: stretch, second and fourth order of the response.
+const NEGLECTED: usize = 8;
+const NEGLECTED_SECOND: usize = 6;
+const NEGLECTED_FOURTH: usize = 7;
 
 const ROUNDS: usize = 20;
 /// Change of the lever arm, m, after which another round is not worth it.
@@ -156,23 +160,41 @@ pub fn fit(rates: &RatesFit, samples: &Averaged<'_>, settings: &AlignSettings) -
         bends: true,
     };
     let unseen = guess.unseen(&pairs, rates.slope_scale);
-    for _ in 0..ROUNDS {
-        guess.stretchable = guess.stretchable_at(&pairs);
-        guess.bends = guess.bends_at(&pairs, samples.grid.length);
-        let row = |k: usize| guess.row(&pairs[k]);
-        let next = step(pairs.len(), row, &guess.prior(&unseen, settings))?;
-        guess.change(&next.change);
-        pairs = samples.pairs(rates, guess.delays);
-        guess.averaged_at = guess.delays;
-        let delays = next.change[DELAY].abs().max(next.change[RATE_DELAY].abs());
-        if next.change.fixed_rows::<3>(0).norm() < SETTLED && delays < SETTLED_DELAY {
-            break;
-        }
+    guess.settle(&mut pairs, rates, samples, &unseen, settings)?;
+    // What a filter leaves in the residuals would pass for noise that hides it, were its second order not tried first.
+    if !guess.bends_at(&pairs, samples.grid.length) {
+        guess.bends = false;
+        guess.response.second = 0.0;
+        guess.settle(&mut pairs, rates, samples, &unseen, settings)?;
     }
     guess.finish(&pairs, samples.grid.length, &unseen, settings)
 }
 
 impl ForceUnknowns {
+    /// Rounds until nothing changes; the samples are averaged anew in each.
+    fn settle(
+        &mut self,
+        pairs: &mut Vec<TrianglePair>,
+        rates: &RatesFit,
+        samples: &Averaged<'_>,
+        unseen: &[Vector3<f64>],
+        settings: &AlignSettings,
+    ) -> Option<()> {
+        for _ in 0..ROUNDS {
+            self.stretchable = self.stretchable_at(pairs);
+            let row = |k: usize| self.row(&pairs[k]);
+            let next = step(pairs.len(), row, &self.prior(unseen, settings))?;
+            self.change(&next.change);
+            *pairs = samples.pairs(rates, self.delays);
+            self.averaged_at = self.delays;
+            let delays = next.change[DELAY].abs().max(next.change[RATE_DELAY].abs());
+            if next.change.fixed_rows::<3>(0).norm() < SETTLED && delays < SETTLED_DELAY {
+                break;
+            }
+        }
+        Some(())
+    }
+
     fn turned(&self) -> Rotation3<f64> {
         Rotation3::new(self.angle) * self.rotation
     }
@@ -190,7 +212,7 @@ impl ForceUnknowns {
 
     fn bends_at(&self, pairs: &[TrianglePair], window: f64) -> bool {
         let scale = scale_of(pairs.iter().map(|pair| self.row(pair).1));
-        let (sigma, _) = self.response.sigma(self.delays.secondary_force);
+        let sigma = self.response.shown_from(self.delays.secondary_force);
         is_shown(
             pairs.iter().map(|pair| self.curvature(pair)),
             scale,
@@ -284,14 +306,16 @@ impl ForceUnknowns {
         (design, force_of(&pair.secondary.mean) - predicted)
     }
 
-    /// Derivative by the stretch and second order of the response that are not fitted, for they act on little more than noise.
-    fn neglected(&self, pair: &TrianglePair) -> SMatrix<f64, 3, NEGLECTED> {
+    /// Derivative by the stretch and second order of the response where they are not fitted, for they act on little more than
+    /// noise, and by its fourth order, of which `fourth` is the derivative.
+    fn neglected(&self, pair: &TrianglePair, fourth: &Vector3<f64>) -> SMatrix<f64, 3, NEGLECTED> {
         let turned = self.turned() * force_of(&pair.primary.mean);
         let mut design = SMatrix::<f64, 3, NEGLECTED>::zeros();
         set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
         if !self.bends {
-            design.set_column(NEGLECTED - 1, &self.curvature(pair));
+            design.set_column(NEGLECTED_SECOND, &self.curvature(pair));
         }
+        design.set_column(NEGLECTED_FOURTH, fourth);
         design
     }
 
@@ -386,9 +410,14 @@ impl ForceUnknowns {
         let row = |k: usize| self.row(&pairs[k]);
         let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
         let prior = self.prior(unseen, settings);
-        let neglected = |k: usize| self.neglected(&pairs[k]);
-        let (second, _) = self.response.sigma(self.delays.secondary_force);
-        let sigma = settings.stretch_sigma().push(second);
+        let times: Vec<f64> = pairs.iter().map(|pair| pair.time).collect();
+        let curvatures: Vec<_> = pairs.iter().map(|pair| self.curvature(pair)).collect();
+        let fourth = fourth_derivatives(&times, &curvatures, window);
+        let neglected = |k: usize| self.neglected(&pairs[k], &fourth[k]);
+        let delay = self.delays.secondary_force;
+        let (second, _) = self.response.sigma(delay);
+        let of_fourth = fourth_sigma(&self.response, delay);
+        let sigma = settings.stretch_sigma().push(second).push(of_fourth);
         let spread = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior, CONSTANT)?;
         let mut covariance =
             spread.covariance + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;

@@ -173,27 +173,41 @@ pub fn fit(
     };
     let mut pairs = grid.pairs(secondary, &guess.clock);
     guess.bias = guess.mean_residual(&pairs);
-    for _ in 0..ROUNDS {
-        let scale = guess.scale(&pairs);
-        guess.stretchable = guess.stretchable_at(&pairs, scale);
-        guess.bends = guess.bends_at(&pairs, scale, grid.length);
-        let row = |k: usize| guess.row(&pairs[k]);
-        let unseen = guess.unseen(&pairs, scale);
-        let next = step(
-            pairs.len(),
-            row,
-            &guess.prior(&clock, &unseen, grid.length, settings),
-        )?;
-        guess.change(&next.change, grid.length);
-        pairs = grid.pairs(secondary, &guess.clock);
-        if next.change.fixed_rows::<3>(0).norm() < SETTLED.0 && next.change[OFFSET].abs() < SETTLED.1 {
-            break;
-        }
+    guess.settle(&mut pairs, &clock, grid, secondary, settings)?;
+    let scale = guess.scale(&pairs);
+    if !guess.bends_at(&pairs, scale, grid.length) {
+        (guess.bends, guess.second) = (false, 0.0);
+        guess.settle(&mut pairs, &clock, grid, secondary, settings)?;
     }
     guess.finish(&clock, pairs, grid, settings)
 }
 
 impl RateUnknowns {
+    /// Rounds until nothing changes; the secondary is averaged anew in each.
+    fn settle(
+        &mut self,
+        pairs: &mut Vec<TrianglePair>,
+        start: &RelativeClock,
+        grid: &Grid,
+        secondary: &UnitSamples<'_>,
+        settings: &AlignSettings,
+    ) -> Option<()> {
+        for _ in 0..ROUNDS {
+            let scale = self.scale(pairs);
+            self.stretchable = self.stretchable_at(pairs, scale);
+            let row = |k: usize| self.row(&pairs[k]);
+            let unseen = self.unseen(pairs, scale);
+            let prior = self.prior(start, &unseen, grid.length, settings);
+            let next = step(pairs.len(), row, &prior)?;
+            self.change(&next.change, grid.length);
+            *pairs = grid.pairs(secondary, &self.clock);
+            if next.change.fixed_rows::<3>(0).norm() < SETTLED.0 && next.change[OFFSET].abs() < SETTLED.1 {
+                break;
+            }
+        }
+        Some(())
+    }
+
     fn matrix(&self) -> Matrix3<f64> {
         self.stretched() * self.rotation
     }
@@ -226,17 +240,21 @@ impl RateUnknowns {
         (rate_of(&pair.secondary.curvature) + ours) * 0.5 // eq. 21
     }
 
-    /// 1-sigma of the second order before any data, s^2; the delay of a gyroscope's filter is part of the offset.
-    fn second_sigma(&self) -> f64 {
-        let response = ResponseTerms {
+    /// Second order of the response; the delay of a gyroscope's filter is part of the offset.
+    fn response(&self) -> ResponseTerms {
+        ResponseTerms {
             second: self.second,
             third: 0.0,
-        };
-        response.sigma(0.0).0 // eq. 20
+        }
+    }
+
+    /// 1-sigma of the second order before any data, s^2.
+    fn second_sigma(&self) -> f64 {
+        self.response().sigma(0.0).0 // eq. 20
     }
 
     fn bends_at(&self, pairs: &[TrianglePair], scale: f64, window: f64) -> bool {
-        let sigma = self.second_sigma();
+        let sigma = self.response().shown_from(0.0);
         is_shown(
             pairs.iter().map(|pair| self.curvature(pair)),
             scale,

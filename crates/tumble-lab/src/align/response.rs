@@ -35,6 +35,36 @@ impl ResponseTerms {
         let time = self.time(delay, LARGEST_DELAY);
         (time.powi(2), time.powi(3)) // eq. 20
     }
+
+    /// Second order, s^2, that noise has to stay below so that the motion shows the one that was found: the prior without it, or
+    /// half of it (docs/theory/align.md, eq. 21).
+    pub fn shown_from(&self, delay: f64) -> f64 {
+        let without = Self { second: 0.0, ..*self };
+        without.sigma(delay).0.max(SHARE_OF_NOISE * self.second.abs())
+    }
+}
+
+/// Share of a second-order term that noise may be, so that the term is one of a filter.
+const SHARE_OF_NOISE: f64 = 0.5;
+
+/// 1-sigma of the fourth order, which is not fitted, s^4 (docs/theory/align.md, eq. 22a).
+pub fn fourth_sigma(response: &ResponseTerms, delay: f64) -> f64 {
+    response.time(delay, LARGEST_DELAY).powi(4) // eq. 22a
+}
+
+/// Mean fourth derivatives beside the pairs: second differences of the second ones, as three bells in a row lie; none beside a gap.
+pub fn fourth_derivatives(times: &[f64], curvatures: &[Vector3<f64>], window: f64) -> Vec<Vector3<f64>> {
+    let of_three = |k: usize| {
+        let (before, after) = (k.checked_sub(1)?, k + 1);
+        let reach = times.get(after)? - times[before];
+        let adjoin = (reach - 2.0 * window).abs() < 0.5 * window;
+        adjoin.then(|| {
+            (curvatures[before] - curvatures[k] * 2.0 + curvatures[after]) / (window * window) // eq. 22a
+        })
+    };
+    (0..curvatures.len())
+        .map(|k| of_three(k).unwrap_or_else(Vector3::zeros))
+        .collect()
 }
 
 /// Product of the noise of a component of a residual and of the second derivative beside it, where all of the noise, of a

@@ -130,20 +130,28 @@ def _aligned(
     except _core.CoreError as error:
         raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
     rate = min(ours.rate, theirs.rate)
-    figures = _with_fitted_times(figures, (our_unit, unit))
+    span = min(each.end - each.start for each in (ours, theirs))
+    figures = _with_uncertain_times(figures, (our_unit, unit), span)
     figures = _with_rounding(figures, ours, theirs)
     return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start), rate)
 
 
-def _with_fitted_times(figures: _core.AlignFigures, units: Sequence[UnitLog]) -> _core.AlignFigures:
-    """Widens offset and skew by what times fitted to late stamps leave open (docs/theory/clocks.md).
+def _with_uncertain_times(
+    figures: _core.AlignFigures, units: Sequence[UnitLog], span: float
+) -> _core.AlignFigures:
+    """Widens offset and skew by what fitted times, or stamps that scatter and were kept, leave open.
 
-    Times by lines of arrivals are compared as they are: the skew is that between the lines.
+    Stamps in the wrong by as much for all of a log show in no residual. `span` is s of motion that both saw
+    (docs/theory/clocks.md, eq. 16). Times by lines of arrivals are compared as they are: the skew is that
+    between the lines.
     """
-    shifts, paces = zip(*(_recorded(unit).metadata.fit_sigmas for unit in units), strict=True)
+    metadata = [_recorded(unit).metadata for unit in units]
+    shifts, paces = zip(*(each.fit_sigmas for each in metadata), strict=True)
+    kept = math.hypot(*(each.stamp_sigma for each in metadata))
     found = figures.copy()
-    found["time_offset_sigma"] = math.hypot(figures["time_offset_sigma"], *shifts)
-    found["skew_sigma"] = math.hypot(figures["skew_sigma"], *paces)
+    found["time_offset_sigma"] = math.hypot(figures["time_offset_sigma"], *shifts, kept)
+    of_pace = math.sqrt(12.0) * kept / span if kept else 0.0
+    found["skew_sigma"] = math.hypot(figures["skew_sigma"], *paces, of_pace)  # clocks.md, eq. 16
     return found
 
 
