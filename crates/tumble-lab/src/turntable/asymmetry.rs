@@ -10,12 +10,16 @@ use tumble_core::turntable::truth::RateObservation;
 use super::error::TurntableError;
 use super::reference::mean_covariance;
 use super::session::LARGEST_RATE_BIAS;
+use super::triad::widening;
 use crate::distributions::{chi_square_tail, f_tail};
 
 /// Chance of an asymmetry where there is none, by the noise, and by what the fit with it leaves, as of other changes of a session
 /// (docs/theory/turntable.md, eq. 58).
 const FALSE_ALARM: f64 = 1e-3;
 const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
+/// 1-sigma of half the difference of the scales over their mean before any data: ten times what data sheets of consumer units
+/// allow. Twice as much takes drift of a bias at slow rates for it more often.
+const LARGEST_BEND: f64 = 0.05;
 /// Axes that are tried.
 const AXES: f64 = 3.0;
 /// Unknowns of an axis.
@@ -51,16 +55,20 @@ pub(super) fn asymmetric(
     }
     #[allow(clippy::cast_precision_loss)]
     let left = (observations.len() - UNKNOWNS - 1) as f64;
+    #[allow(clippy::cast_possible_truncation)]
+    let freedom = (observations.len() - UNKNOWNS - 1) as u32;
+    let size = LARGEST_BEND / LARGEST_RATE_BIAS;
     let (mut sum, mut shown) = (0.0, 0_u32);
     for axis in 0..3 {
-        let (bent, free) = bent_fit(observations, inputs, plain, axis, 1.0)?;
+        let (bent, free) = bent_fit(observations, inputs, plain, axis, size)?;
         let before = axis_squares(observations, plain, inputs, axis);
         let after = axis_squares(&bent, &free, inputs, axis);
         let share = (before - after) / (after / left);
         let is_shown = AXES * chi_square_tail(before - after, 1.0) < FALSE_ALARM
-            && f_tail(share, 1.0, left) < FALSE_ALARM_BY_RESIDUALS; // eq. 64
+            && f_tail(share, 1.0, left) < FALSE_ALARM_BY_RESIDUALS
+            && widening(after, freedom) <= 1.0; // eq. 64
         if let Some((bend, _)) = free.drift.filter(|_| is_shown) {
-            sum += bend[axis].powi(2);
+            sum += (size * bend[axis]).powi(2);
             shown += 1;
         }
     }
