@@ -161,7 +161,7 @@ pub fn fit(rates: &RatesFit, samples: &Averaged<'_>, settings: &AlignSettings) -
     };
     let unseen = guess.unseen(&pairs, rates.slope_scale);
     guess.settle(&mut pairs, rates, samples, &unseen, settings)?;
-    // What a filter leaves in the residuals would pass for noise that hides it, were its second order not tried first.
+    // Residuals that a filter leaves would pass for noise that hides it, were its second order not tried first.
     if !guess.bends_at(&pairs, samples.grid.length) {
         guess.bends = false;
         guess.response.second = 0.0;
