@@ -37,13 +37,15 @@ impl Default for LowPass {
 }
 
 impl LowPass {
-    /// Filters of both orders, with time constants up to a longest, samples.
+    /// Filters of both orders, with time constants up to a longest, samples. One of the second order that swings within a sample
+    /// is none of samples.
     pub fn candidates(longest: f64) -> Vec<Self> {
         let constants = std::iter::successors(Some(FIRST), |constant| Some(constant * FACTOR));
         constants
             .take_while(|constant| *constant <= longest)
             .flat_map(|constant| [Order::First, Order::Second].map(|order| (constant, order)))
             .flat_map(|(constant, order)| SHARES.map(|share| Self::new(constant, order, share)))
+            .filter(|filter| filter.allan_variance(1.0) < 1.0)
             .collect()
     }
 
