@@ -36,7 +36,7 @@ class FileStore(Store):
             try:
                 return read_whole(path, _LARGEST, "part of a job", error=StoreError)
             except StoreError as error:
-                # What failed decides: another process may write or remove the file at any moment.
+                # Another process may write or remove the file at any moment: the error itself decides.
                 if isinstance(error.__cause__, FileNotFoundError | NotADirectoryError):
                     return None
                 raise

@@ -434,3 +434,20 @@ fn the_state_of_a_primary_and_two_secondaries_is_small() {
     println!("{bytes} bytes");
     assert!(bytes <= 10_960, "{bytes} bytes");
 }
+
+#[test]
+fn the_largest_times_end_no_window_for_ever() {
+    for finds_delays in [false, true] {
+        let mut monitor = SetMonitor::<f64, 3>::new(finds_delays);
+        for time in [u64::MAX - HOP, u64::MAX - 1, u64::MAX] {
+            for unit in 0..3 {
+                let sample = Sample {
+                    time,
+                    specific_force: Vector3::new(0.0, 0.0, 9.8),
+                    angular_rate: Vector3::zeros(),
+                };
+                monitor.push(unit, &sample, &mut |_| {});
+            }
+        }
+    }
+}

@@ -405,7 +405,8 @@ where
     fn next_window(&self) -> Option<u64> {
         let index = self.first + u64::from(self.so_far?);
         let newest = self.units.iter().filter_map(|unit| unit.windows.last()).max()?;
-        let has_ended = newest >= (index + 1).saturating_mul(HOP);
+        // A window beyond the largest time never ends.
+        let has_ended = (index + 1).checked_mul(HOP).is_some_and(|end| newest >= end);
         let all = self.units.iter().all(|unit| {
             let last = unit.windows.last().unwrap_or(0);
             unit.windows.has_ended(index) || newest >= last.saturating_add(WAIT)
