@@ -27,7 +27,6 @@ pub mod isolation;
 mod leaky;
 pub mod model;
 pub mod monitor;
-mod odd_several;
 mod optional_time;
 pub mod output;
 pub mod platform;

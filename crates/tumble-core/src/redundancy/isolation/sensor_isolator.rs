@@ -561,7 +561,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         }
     }
 
-    /// Isolates the unit, or the units, without which the others agree, if any two disagree.
+    /// Isolates the unit without which the others agree, if any two disagree.
     fn find_odd(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -588,12 +588,8 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
             }
             match finding {
                 Finding::Agreement => {}
-                Finding::Odd(units) => {
-                    let odd = UnitSet::of::<UNITS>(|unit| u32::from(units) >> unit & 1 == 1);
-                    let agreeing = voters.without(odd);
-                    for unit in odd.units() {
-                        self.find_out_of_family(unit, scale, agreeing, comparisons, emit);
-                    }
+                Finding::Odd(unit) => {
+                    self.find_out_of_family(usize::from(unit), scale, voters, comparisons, emit);
                 }
                 Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, emit),
             }
@@ -627,10 +623,11 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         &mut self,
         unit: usize,
         scale: usize,
-        agreeing: UnitSet,
+        voters: UnitSet,
         comparisons: &Comparisons<T, UNITS>,
         emit: Emit<'_, T>,
     ) {
+        let agreeing = UnitSet::of::<UNITS>(|other| other != unit && voters.contains(other));
         let mut worst = None::<(usize, T)>;
         for other in (0..UNITS).filter(|other| agreeing.contains(*other)) {
             let pair = comparisons.of(unit, other);
@@ -917,14 +914,14 @@ fn aided<T: Real, const UNITS: usize>(
     }
     let by_the_worst = worst * real(AIDED_SHARE * AIDED_SHARE);
     match isolate::<T, UNITS>(voters, &|pair| Some(squared(pair)? / by_the_worst)) {
-        Finding::Odd(units) if units.count_ones() == 1 => {
-            let unit = usize::try_from(units.trailing_zeros()).ok()?;
+        Finding::Agreement => None,
+        Finding::Odd(unit) => {
+            let unit = usize::from(unit);
             let others = (0..UNITS).filter(|other| *other != unit && voters.contains(*other));
             let proof = aiding_evidence.contradicts(unit, others.clone())?;
             let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
             apart.any(|drifted| drifted).then_some((unit, proof))
         }
-        Finding::Agreement | Finding::Odd(_) => None,
         Finding::Ambiguous(i, j) => {
             let [i, j] = [i, j].map(usize::from);
             let two = voters.count() == 2;

@@ -4,7 +4,6 @@ use super::table::{CLEAR, COUNT};
 use super::test::{Exceedance, PairComparison, norm};
 use crate::real::{Real, real};
 use crate::redundancy::components::larger;
-use crate::redundancy::odd_several::odd_several;
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
@@ -77,12 +76,11 @@ impl<T: Real> Vote<T> {
                     let own = found.ratio[sensor];
                     let is_known = own > T::zero();
                     let limited = larger(own, in_limits * norm(&found.deviation[sensor]));
-                    (pair, is_known.then_some(limited))
+                    (pair, if is_known { limited } else { own })
                 })
             };
             let mut left = [T::zero(); UNITS];
             for (pair, ratio) in ratios() {
-                let ratio = ratio.unwrap_or(T::zero());
                 for (_, left) in left
                     .iter_mut()
                     .enumerate()
@@ -93,10 +91,7 @@ impl<T: Real> Vote<T> {
             }
             let odd = match odd_one(&left, worst) {
                 Some(unit) => UnitSet::of::<UNITS>(|number| number == unit),
-                None if worst > T::one() => {
-                    let [clear, clearer, _] = CLEAR.map(real::<T>);
-                    odd_several(active, ratios, [clear, clearer])
-                }
+                None if worst > T::one() => odd_several(active, ratios),
                 None => UnitSet::default(),
             };
             if odd.count() > 0
@@ -140,6 +135,53 @@ pub fn odd_one<T: Real, const UNITS: usize>(left: &[T; UNITS], worst: T) -> Opti
     let [clear, clearer, _] = CLEAR.map(real::<T>);
     let (best, next) = (best?, next?);
     (worst > T::one() && best < clear && best < clearer * next).then_some(unit)
+}
+
+/// The fewest units, two and more, without which the rest agree, more than half of all: clearly, and clearly better than without
+/// any others as many. Each of them disagrees with each of the rest (docs/theory/set.md, eq. 21a).
+#[inline(never)]
+fn odd_several<T: Real, I>(active: UnitSet, ratios: impl Fn() -> I) -> UnitSet
+where
+    I: Iterator<Item = ([usize; 2], T)>,
+{
+    let [clear, clearer, _] = CLEAR.map(real::<T>);
+    for count in 2..=active.count().saturating_sub(1) / 2 {
+        let (mut units, mut best, mut next) = (UnitSet::default(), None, None);
+        for some in active.choose(count) {
+            let rest = active.without(some);
+            let (mut left, mut is_apart) = (T::zero(), true);
+            for (pair, ratio) in ratios() {
+                if rest.contain_both(pair) {
+                    left = larger(left, ratio);
+                    // Means that are not usable are no agreement.
+                    is_apart &= ratio > T::zero();
+                } else if !some.contain_both(pair) {
+                    is_apart &= ratio > T::one();
+                }
+            }
+            if is_apart && best.is_none_or(|best| left < best) {
+                next = smallest(next, best);
+                (units, best) = (some, Some(left));
+            } else {
+                next = smallest(next, Some(left));
+            }
+        }
+        if let (Some(best), Some(next)) = (best, next)
+            && best < clear
+            && best < clearer * next
+        {
+            return units;
+        }
+    }
+    UnitSet::default()
+}
+
+/// The smaller of two numbers, of those that are there.
+fn smallest<T: Real>(one: Option<T>, other: Option<T>) -> Option<T> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if other < one { other } else { one }),
+        _ => one.or(other),
+    }
 }
 
 /// Tests whether two deviations point one way.
