@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -11,6 +11,7 @@ import numpy as np
 from tumble.foundation import arrays
 from tumble.foundation.arrays import FloatArray
 from tumble.foundation.errors import ArrayError
+from tumble.foundation.units import FIELD_UNITS
 from tumble.foundation.words import plain
 
 if TYPE_CHECKING:
@@ -24,9 +25,6 @@ MagneticChannel: TypeAlias = Literal["mx", "my", "mz"]
 
 MAGNETIC_CHANNELS: Final[tuple[MagneticChannel, ...]] = ("mx", "my", "mz")
 """All channels of a magnetometer, x first."""
-
-FIELD_UNITS: Final[Mapping[str, float]] = {"uT": 1.0, "nT": 1e-3, "T": 1e6, "G": 100.0, "mG": 0.1}
-"""Microtesla in one unit of the magnetic field, by its name."""
 
 LoadUnit: TypeAlias = Literal["A", "1"]
 """Unit of what disturbs a magnetometer: ampere, or the share 0 to 1 of a throttle."""

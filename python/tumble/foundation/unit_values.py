@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from tumble.foundation.constants import STANDARD_GRAVITY
-from tumble.foundation.magnetic import FIELD_UNITS
-from tumble.foundation.units import CalibratedTriad
+from tumble.foundation.units import FIELD_UNITS, CalibratedTriad
 
 UNIT_VALUES: Final[Mapping[CalibratedTriad, Mapping[str, float]]] = {
     "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s^2": 0.01},

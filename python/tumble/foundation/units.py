@@ -44,3 +44,7 @@ def channels_of(triad: Triad) -> tuple[Channel, ...]:
 def triad_of(channel: Channel) -> Triad:
     """Returns the triad that a channel is an axis of."""
     return TRIADS[CHANNELS.index(channel) // 3]
+
+
+FIELD_UNITS: Final[Mapping[str, float]] = {"uT": 1.0, "nT": 1e-3, "T": 1e6, "G": 100.0, "mG": 0.1}
+"""Microtesla in one unit of the magnetic field, by its name."""

@@ -18,8 +18,9 @@ import numpy as np
 from tumble.foundation import clock
 from tumble.foundation.errors import LogError, OutputError, ReaderGoneError
 from tumble.foundation.files import check_output
-from tumble.foundation.magnetic import FIELD_UNITS, MAGNETIC_CHANNELS
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS
 from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import FIELD_UNITS
 from tumble.foundation.words import LIVE_OUTPUTS
 from tumble.live.address import Address, host_and_port, parse_address
 from tumble.logs.magnetic_rows import ChunkWithField

@@ -11,8 +11,8 @@ from cyclonedds.core import DDSException
 from cyclonedds.pub import DataWriter
 
 from tumble.foundation.errors import LogError, OutputError
-from tumble.foundation.magnetic import FIELD_UNITS
 from tumble.foundation.recording import Chunk
+from tumble.foundation.units import FIELD_UNITS
 from tumble.live.address import Address
 from tumble.live.outputs import field_of
 from tumble.live.ros2_domain import Domain

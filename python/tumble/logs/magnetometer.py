@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
-from tumble.foundation.magnetic import FIELD_UNITS, MICROTESLA, MagneticTrack
+from tumble.foundation.magnetic import MICROTESLA, MagneticTrack
 from tumble.foundation.recording import ASSUMED, FloatArray
+from tumble.foundation.units import FIELD_UNITS
 from tumble.foundation.words import count_of
 from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.conversion import case_from_log, counts_per_axis, stated_unit

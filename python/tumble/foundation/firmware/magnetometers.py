@@ -17,8 +17,9 @@ from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.firmware import px4
 from tumble.foundation.firmware.correction import triple, whole
 from tumble.foundation.firmware.rotations import rotation
-from tumble.foundation.magnetic import FIELD_UNITS, LoadUnit
+from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import FIELD_UNITS
 
 GAUSS = FIELD_UNITS["G"]
 """uT in the unit of PX4."""

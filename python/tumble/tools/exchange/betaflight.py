@@ -18,8 +18,8 @@ from tumble.foundation.body_axes import FLU
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
-from tumble.foundation.magnetic import FIELD_UNITS
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import FIELD_UNITS
 from tumble.tools.exchange.calibration_parts import BIAS, Loss
 from tumble.tools.exchange.remark_lines import comment
 from tumble.tools.exchange.target import Setting, Settings, Target, Written

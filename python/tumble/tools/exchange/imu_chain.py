@@ -13,10 +13,10 @@ import yaml
 
 from tumble.foundation.bounded_yaml import parse, problem_in_words
 from tumble.foundation.errors import CalibrationFileError
-from tumble.foundation.magnetic import FIELD_UNITS, LoadUnit
+from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, UNITS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, FIELD_UNITS, TRIADS, UNITS, Triad
 from tumble.foundation.words import short
 from tumble.tools.exchange.calibration_parts import section_of
 from tumble.tools.exchange.target import Content
