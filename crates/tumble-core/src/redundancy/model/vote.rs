@@ -54,7 +54,7 @@ impl<T: Real> Vote<T> {
         let Some(before) = self.before.get_mut(scale) else {
             return best;
         };
-        for ((sensor, which), before) in SENSORS.into_iter().enumerate().zip(before) {
+        for (sensor, before) in SENSORS.into_iter().zip(before) {
             let judged = || {
                 let all = pairs::<UNITS>().zip(compared);
                 all.filter(|(pair, _)| active.contain_both(*pair))
@@ -62,20 +62,20 @@ impl<T: Real> Vote<T> {
             let mut worst = T::zero();
             let mut deviation = compared
                 .first()
-                .map_or([T::zero(); 3], |first| first.deviation[sensor]);
+                .map_or([T::zero(); 3], |first| *sensor.of(&first.deviation));
             for (_, found) in judged() {
-                let ratio = found.ratio[sensor];
+                let ratio = *sensor.of(&found.ratio);
                 if ratio > worst {
-                    (worst, deviation) = (ratio, found.deviation[sensor]);
+                    (worst, deviation) = (ratio, *sensor.of(&found.deviation));
                 }
             }
             // A deviation beyond the limit of one pair is no agreement in another.
             let in_limits = worst / larger(norm(&deviation), T::default_epsilon());
             let ratios = || {
                 judged().map(|(pair, found)| {
-                    let own = found.ratio[sensor];
+                    let own = *sensor.of(&found.ratio);
                     let is_known = own > T::zero();
-                    let limited = larger(own, in_limits * norm(&found.deviation[sensor]));
+                    let limited = larger(own, in_limits * norm(sensor.of(&found.deviation)));
                     (pair, if is_known { limited } else { own })
                 })
             };
@@ -101,7 +101,7 @@ impl<T: Real> Vote<T> {
             {
                 best = Some(Named {
                     units: odd,
-                    finding: Exceedance::of(worst, &deviation, which, scale),
+                    finding: Exceedance::of(worst, &deviation, sensor, scale),
                 });
             }
             *before = Odd {
