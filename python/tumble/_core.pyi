@@ -273,7 +273,7 @@ class TriadFigures(TypedDict, total=False):
     slip: tuple[int, int, float, float, bool]
     """Rests of the reference before and behind, angle and its 1-sigma, rad."""
     asymmetry: tuple[list[float], list[float]]
-    """Of the scales by direction, and 1-sigma, relative; missing where residuals show none."""
+    """Relative difference of the scales by direction, and 1-sigma; missing where residuals show none."""
     rank: int
     widened: float
     by_direction: float

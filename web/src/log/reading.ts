@@ -419,7 +419,7 @@ function unitsOfCounts({ accelerometer, gyroscope }: Conversion): ReadOptions {
 
 /** Returns the reading of a log whose numbers are counts, so many per SI unit as a calibration assumes. */
 export function readAsCounts(options: ReadOptions, counts: readonly [number, number | undefined], correction: unknown): Record<string, unknown> {
-  // As they are printed, and so typed: they have four digits.
+  // They have four digits, by which they are printed and typed.
   const [force, rate] = counts.map((each) => (each === undefined ? undefined : Number(general(each))));
   const found = {
     ...options,

@@ -95,7 +95,7 @@ class NoiseCourse:
         ratios, chances = (np.array(each) for each in zip(*of_octaves, strict=True))
         joint = _joint(chances)
         drifts = _LEVEL_PARTS * joint < _UNLIKELY_DRIFT  # noise.md, eq. 34d
-        # What warms up has a cause that the channels of a unit share.
+        # Warming is a cause that the channels of a unit share.
         shown = np.asarray(drifts.any(axis=1))
         drifts |= shown[:, None] & (shown.sum() * joint < _UNLIKELY_BESIDE)
         found = []

@@ -82,11 +82,15 @@ def drifting(high: float, unit: str) -> str:
     )
 
 
+def _channel_names(found: Iterable[LevelDrift | NoiseChange], triads: Sequence[Triad]) -> str:
+    return _names(f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}" for each in found)
+
+
 def level_drifts(found: Collection[LevelDrift], triads: Sequence[Triad]) -> Iterator[str]:
     """Names channels whose level drifts in a part of the log."""
     if not found:
         return
-    names = _names(f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}" for each in found)
+    names = _channel_names(found, triads)
     most = max(found, key=lambda each: each.factor)
     begin, end = (f"{100.0 * share:.0f}" for share in most.at)
     yield (
@@ -109,7 +113,7 @@ def changing(found: Sequence[NoiseChange], triads: Sequence[Triad]) -> Iterator[
     """Names channels whose white noise is not the same all along the log, or in all logs."""
     if not found:
         return
-    names = _names(f"{triads[each.channel // 3]} {'xyz'[each.channel % 3]}" for each in found)
+    names = _channel_names(found, triads)
     factors = [each.largest / each.least for each in found]
     most = max(found, key=lambda each: each.largest / each.least)
     least, largest = (f"{100.0 * share:.0f} %" for share in most.at)
